@@ -1,0 +1,82 @@
+#pragma once
+/// The experiment as pure values: what the file says, with every name resolved and every number in its place.
+
+#include "core/link.hpp"
+#include "core/schedule.hpp"
+#include "core/stop.hpp"
+#include "core/values.hpp"
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace consort {
+
+enum class Mode { simulate, lockstep };
+enum class Discovery { automatic, multicast, neighbours };
+
+/// A number source for a per-agent quantity. A file has been read into a list by then.
+struct PerAgent {
+  struct Same { Matrix value; };                                   ///< every agent the same
+  struct List { std::vector<Matrix> values; };                     ///< one entry per agent
+  struct Linspace { double first = 0, last = 1; std::size_t dimension = 1; };   ///< agent i of n: first + (last-first)(i-1)/(n-1) in every component
+  struct Uniform { double low = 0, high = 1; std::size_t dimension = 1; };      ///< keyed by (seed, "initial <name>", agent, component)
+  std::variant<Same, List, Linspace, Uniform> source;
+  [[nodiscard]] Matrix of(AgentId agent, std::size_t agents, std::string_view name, Seed seed) const;
+};
+
+struct NamedPerAgent {
+  std::string name;
+  PerAgent values;
+};
+
+/// A protocol with its parameters. Several in one experiment are run one after the other on the same draws.
+struct ProtocolChoice {
+  std::string name;
+  Values parameters;
+};
+
+/// What differs for one agent.
+struct AgentOverride {
+  Values initial;
+  Values parameters;
+};
+
+using TopologySpec = Schedule::Spec;
+
+struct Experiment {
+  std::string name;
+  std::string description;                      ///< header comment of the file
+  Mode mode = Mode::lockstep;
+  Seed seed;
+  std::size_t runs = 1;                         ///< Monte Carlo: seeds seed, seed+1, ..., metrics are means over the runs
+  Round rounds = 100;
+  Seconds dt = 1.0;                             ///< length of a round in model time
+  std::size_t agents = 0;
+  std::vector<ProtocolChoice> protocols;        ///< at least one
+  std::vector<NamedPerAgent> initial;
+  std::map<AgentId, AgentOverride> overrides;
+  TopologySpec topology;
+  std::string topology_text;                    ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
+  std::vector<LinkEvent> link_events;
+  LinkModel links;
+  std::size_t agents_per_process = 1;
+  std::optional<Convergence> convergence;
+  Seconds deadline = 300.0;                     ///< wall clock, for the whole run
+  std::optional<Round> report_every;            ///< nullopt: chosen by report_interval()
+  Discovery discovery = Discovery::automatic;
+  std::vector<std::string> metrics;
+  std::vector<std::string> criteria;
+  std::string resolved_text;                    ///< canonical text of the resolved experiment (YAML), kept with the results
+
+  [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed); }
+  /// The initial values of one agent: `initial`, with that agent's override on top.
+  [[nodiscard]] Values initial_of(AgentId agent, Seed run_seed) const;
+  /// The protocol's parameters for one agent: common ones, with that agent's override on top.
+  [[nodiscard]] Values parameters_of(const ProtocolChoice& protocol, AgentId agent) const;
+  /// Rounds between two reports: what the user said, else the smallest m with (rounds / m) * agents <= 100 000. Rounds 0, m, 2m, ... and the last are reported.
+  [[nodiscard]] Round report_interval() const;
+};
+
+}  // namespace consort

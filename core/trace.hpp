@@ -1,0 +1,62 @@
+#pragma once
+/// What a run leaves behind: estimates of the reported rounds, a hash over all rounds, message counts.
+
+#include "core/layout.hpp"
+#include "core/types.hpp"
+
+#include <bit>
+#include <span>
+#include <vector>
+
+namespace consort {
+
+/// Hash of one agent's whole history, extended round by round, so it covers rounds that are not reported too.
+class HistoryHash {
+ public:
+  void extend(std::span<const double> estimate) {
+    for (const double value : estimate) mix(std::bit_cast<std::uint64_t>(value));
+  }
+  void mix(std::uint64_t word) {
+    state_ = (state_ ^ word) * 0x9E3779B97F4A7C15ULL;
+    state_ ^= state_ >> 29;
+  }
+  [[nodiscard]] std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_ = 0x243F6A8885A308D3ULL;
+};
+
+/// Cumulative over rounds < k, as one agent has seen them.
+struct AgentCounters {
+  std::uint64_t sent = 0;        ///< messages emitted, one per out-neighbour and round
+  std::uint64_t delivered = 0;   ///< messages given to the algorithm
+  std::uint64_t lost = 0;        ///< messages the link model dropped
+};
+
+/// All agents at the beginning of round k (k = 0: the initial estimates), in agent order.
+struct RoundReport {
+  Round k = 0;
+  std::span<const double> estimates;         ///< n x dimension, agent after agent
+  std::span<const std::uint64_t> hashes;     ///< n
+  std::span<const AgentCounters> counters;   ///< n
+};
+
+/// The reported rounds of one run, ascending, ending with the last round.
+struct Trace {
+  std::size_t agents = 0, dimension = 0;
+  Layout estimate_layout;
+  std::vector<Round> rounds;                 ///< reported rounds, first 0
+  std::vector<double> estimates;             ///< rounds.size() x agents x dimension
+  std::uint64_t hash = 0;                    ///< over every round of every agent up to the last round
+  Round last_round = 0;                      ///< rounds executed
+  bool converged = false;                    ///< the stop rule's convergence held
+  AgentCounters totals;
+
+  void add(const RoundReport& report);       ///< appends; recomputes hash, totals, last_round
+  [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {
+    return std::span(estimates).subspan((report * agents + index_of(agent)) * dimension, dimension);
+  }
+  [[nodiscard]] std::span<const double> final_estimate(AgentId agent) const { return at(rounds.size() - 1, agent); }
+};
+
+}  // namespace consort

@@ -1,0 +1,18 @@
+#pragma once
+/// simulate(): the whole experiment in one thread and without a clock. The oracle of every other mode.
+
+#include "core/experiment.hpp"
+#include "core/trace.hpp"
+
+#include <functional>
+
+namespace consort {
+
+/// Called for each reported round, in order; may be empty. Return false to end the run early (an interrupted user).
+using ReportSink = std::function<bool(const RoundReport&)>;
+
+/// Runs one protocol of the experiment with one seed. Exactly the rounds of docs/architecture.md.
+/// Throws ConfigError (a protocol refuses its values) or RunError (an estimate became non-finite: names agent, round, protocol).
+Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink = {});
+
+}  // namespace consort
