@@ -1,0 +1,29 @@
+#pragma once
+/// The experiment file: YAML in, Experiment out. Every mistake is a ConfigError with file:line:column, what was found, what is allowed, the nearest match.
+
+#include "core/experiment.hpp"
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace consort {
+
+/// What the command line sets on top of the file.
+struct ScriptOverrides {
+  std::optional<Mode> mode;
+  std::optional<std::uint64_t> seed;
+  std::optional<Round> rounds;
+  std::optional<std::size_t> runs;
+  std::optional<std::size_t> agents_per_process;
+};
+
+Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {});
+/// `name` stands for the file in messages; relative data files are found from `directory`.
+Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory, const ScriptOverrides& overrides = {});
+
+/// The JSON Schema of the experiment file, as shipped (experiments/experiment.schema.json), compiled in.
+std::string_view experiment_schema();
+
+}  // namespace consort

@@ -1,0 +1,22 @@
+#pragma once
+/// What theory says of an experiment before anything starts.
+
+#include "core/experiment.hpp"
+
+#include <string>
+#include <vector>
+
+namespace consort {
+
+struct Finding {
+  enum class Verdict { holds, fails, note };
+  Verdict verdict = Verdict::note;
+  std::string condition;    ///< e.g. "strongly connected in every round"
+  std::string evidence;     ///< e.g. "30 of 30 distinct graphs", or the first round where it fails
+  std::string consequence;  ///< e.g. "MDKC converges to the centralised estimate (Alighanbari, How 2006, Theorem 7)"
+};
+
+/// Connectivity, balance, spanning tree over windows, and what follows for each protocol of the experiment.
+std::vector<Finding> examine(const Experiment& experiment);
+
+}  // namespace consort
