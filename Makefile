@@ -1,0 +1,64 @@
+# The commands of this project. `make` alone lists them. Everything is built by CMake and Ninja in build/<preset>.
+PRESET ?= release
+EXPERIMENT ?= experiments/meet_for_dinner.yaml
+JOBS ?= $(shell nproc)
+SETUP ?= yes
+BUILD = build/$(PRESET)
+SOURCES = git ls-files '*.cpp' '*.hpp'
+
+.DEFAULT_GOAL := help
+.PHONY: help setup configure build run test bench format format-check tidy cppcheck lint clean
+
+help:
+	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
+	@echo 'make test     set up, build, and run every test'
+	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
+	@echo 'make build    set up and build only'
+	@echo 'make format   format the sources in place'
+	@echo 'make lint     check formatting, clang-tidy, cppcheck'
+	@echo 'make clean    remove build/ (results/ stays)'
+	@echo 'Variables: PRESET=release|debug|asan|tsan  JOBS=N  SETUP=no (install no packages)'
+
+setup:
+ifneq ($(SETUP),no)
+	@deploy/setup.sh
+endif
+
+configure: $(BUILD)/build.ninja
+
+# Ninja itself configures again when a CMake file has changed.
+$(BUILD)/build.ninja: | setup
+	@cmake --preset $(PRESET)
+
+build: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS)
+
+run: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort consort-agent consort-plant
+	@$(BUILD)/bin/consort run $(EXPERIMENT)
+
+test: build
+	@ctest --preset $(PRESET) --parallel $(JOBS)
+
+bench: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target bench
+
+format:
+	@$(SOURCES) | xargs clang-format -i
+
+format-check: setup
+	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
+
+# clang-tidy reads the compile commands and the headers generated from the IDL, so the wire comes first.
+tidy: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort_wire
+	@git ls-files '*.cpp' ':!tests' | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p $(BUILD) 2>/dev/null
+
+cppcheck: setup
+	@cppcheck --quiet --error-exitcode=1 --std=c++20 --language=c++ -j $(JOBS) --enable=warning,performance,portability \
+	  --inline-suppr --suppressions-list=deploy/cppcheck.txt -I . -I dds/include $$(git ls-files '*.cpp' ':!tests')
+
+lint: format-check tidy cppcheck
+
+clean:
+	@rm -rf build
