@@ -1,0 +1,286 @@
+/// The architecture and the house rules, held by reading the project's own text. Each rule is a function of one file (or of all), so that
+/// every test also shows the rule a planted fault: a rule that cannot find one fails its own test.
+
+#include "agent/registry.hpp"
+#include "tests/tidy/source_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <regex>
+#include <set>
+
+namespace consort::tidy {
+namespace {
+
+using Findings = std::vector<std::string>;
+using Rule = std::function<Findings(const SourceFile&)>;
+
+const std::vector<SourceFile>& tree() {
+  static const std::vector<SourceFile> files = source_tree(CONSORT_SOURCE_DIR);
+  return files;
+}
+
+std::string joined(const Findings& findings) {
+  std::string text;
+  for (const std::string& finding : findings) text += "\n  " + finding;
+  return text;
+}
+
+std::string place(const SourceFile& file, std::size_t line) { return file.path + ":" + std::to_string(line) + ": "; }
+
+/// The rule finds the planted fault, and nothing in the project.
+void expect_held(const Rule& rule, const SourceFile& planted) {
+  EXPECT_FALSE(rule(planted).empty()) << "the rule does not see the fault planted in " << planted.path;
+  Findings findings;
+  for (const SourceFile& file : tree())
+    for (std::string& finding : rule(file)) findings.push_back(std::move(finding));
+  EXPECT_TRUE(findings.empty()) << joined(findings);
+}
+
+/// Every match of `pattern` in the code (not comments, not strings) of the files that `where` selects.
+Rule never(const std::string& pattern, std::function<bool(const SourceFile&)> where) {
+  return [expression = std::regex(pattern), where = std::move(where)](const SourceFile& file) {
+    Findings findings;
+    if (!file.cpp() || !where(file)) return findings;
+    const std::vector<std::string> lines = lines_of(code_of(file.text));
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      if (std::smatch match; std::regex_search(lines[i], match, expression)) findings.push_back(place(file, i + 1) + match.str());
+    return findings;
+  };
+}
+
+// --- rooms and arrows ---------------------------------------------------------------------------------------------------
+
+bool drives_processes(std::string_view path) {
+  return starts_with_any(path, {"orchestrator/run", "orchestrator/launch", "orchestrator/doctor", "orchestrator/session"});
+}
+
+std::string room_of(std::string_view path) {
+  if (starts_with_any(path, {"agent/protocol", "agent/registry."})) return "protocols";
+  if (starts_with_any(path, {"plant/model", "plant/registry."})) return "models";
+  if (path.starts_with("orchestrator/")) return drives_processes(path) ? "run" : "orchestrator";
+  if (path.starts_with("idl/")) return "wire";
+  return std::string(path.substr(0, path.find('/')));
+}
+
+/// Room -> rooms it may include, itself among them.
+const std::map<std::string, std::set<std::string>>& arrows() {
+  static const std::map<std::string, std::set<std::string>> table{
+      {"dds", {"dds"}},
+      {"core", {"core"}},
+      {"wire", {"wire", "core", "dds"}},
+      {"protocols", {"protocols", "core"}},
+      {"models", {"models", "core"}},
+      {"sim", {"sim", "models", "protocols", "core"}},
+      {"agent", {"agent", "protocols", "wire", "dds", "core"}},
+      {"plant", {"plant", "models", "wire", "dds", "core"}},
+      {"orchestrator", {"orchestrator", "run", "sim", "models", "protocols", "core"}},
+      {"run", {"run", "orchestrator", "sim", "models", "protocols", "wire", "dds", "core"}},
+  };
+  return table;
+}
+
+/// The room an include leads to; empty for the standard library and other people's libraries.
+std::string room_included(const std::string& what) {
+  if (what.starts_with("dds/")) return what == "dds/dds.h" ? "libddsc" : "dds";
+  if (what == "consort.h") return "generated";
+  const std::string room = room_of(what);
+  return arrows().contains(room) || room == "tests" ? room : "";
+}
+
+Findings forbidden_includes(const SourceFile& file) {
+  Findings findings;
+  const auto allowed = arrows().find(room_of(file.path));
+  if (!file.cpp() || allowed == arrows().end()) return findings;
+  for (const SourceFile::Include& include : file.includes()) {
+    const std::string room = room_included(include.what);
+    const bool driver = room == "libddsc" || room == "generated";
+    if (room.empty() || (driver ? starts_with_any(file.path, {"dds/", "idl/"}) : allowed->second.contains(room))) continue;
+    findings.push_back(place(file, include.line) + allowed->first + " may not include " + include.what);
+  }
+  return findings;
+}
+
+TEST(Architecture, RoomsIncludeOnlyWhatTheArrowsAllow) {
+  expect_held(forbidden_includes, {"core/graph.cpp", "#include \"idl/wire.hpp\"\n"});
+  expect_held(forbidden_includes, {"orchestrator/script.cpp", "#include <dds/dds.h>\n"});
+  expect_held(forbidden_includes, {"sim/world.cpp", "#include \"orchestrator/run.hpp\"\n"});
+}
+
+TEST(Architecture, ProtocolsNeverIncludeEachOther) {
+  const Rule rule = [](const SourceFile& file) {
+    Findings findings;
+    if (!file.path.starts_with("agent/protocols/")) return findings;
+    for (const SourceFile::Include& include : file.includes()) {
+      const std::string path = include.what.find('/') == std::string::npos ? "agent/protocols/" + include.what : include.what;
+      const auto is_it = [&](const SourceFile& other) { return other.path == path && other.path != file.path; };
+      if (path.starts_with("agent/protocols/") && std::any_of(tree().begin(), tree().end(), is_it))
+        findings.push_back(place(file, include.line) + include.what);
+    }
+    return findings;
+  };
+  expect_held(rule, {"agent/protocols/planted.hpp", "#include \"agent/protocols/local_voting.hpp\"\n"});
+}
+
+TEST(Architecture, OnlyDriversLog) {
+  const Rule rule = [](const SourceFile& file) {
+    Findings findings;
+    const std::string name = file.name();
+    const bool driver = starts_with_any(name, {"node", "run", "launch", "session", "main"}) &&
+                        starts_with_any(file.path, {"agent/", "plant/", "orchestrator/"});
+    for (const SourceFile::Include& include : file.includes())
+      if (include.what.starts_with("spdlog/") && !driver) findings.push_back(place(file, include.line) + include.what);
+    return findings;
+  };
+  expect_held(rule, {"core/graph.cpp", "#include <spdlog/spdlog.h>\n"});
+}
+
+bool pure(const SourceFile& file) {
+  const std::string room = room_of(file.path);
+  return room == "core" || room == "protocols" || room == "models" || room == "sim";
+}
+
+TEST(Architecture, PureRoomsHaveNoClockFileThreadOrHashOrder) {
+  expect_held(never(R"(\b(system_clock|steady_clock|high_resolution_clock|time\s*\(|gettimeofday|getenv|unordered_(map|set)))", pure),
+              {"core/planted.cpp", "auto now = std::chrono::system_clock::now();\n"});
+  expect_held(never(R"(^\s*#\s*include\s*<(iostream|fstream|filesystem|thread|chrono|random|ctime|cstdio|unistd\.h|sys/[a-z]+\.h)>)", pure),
+              {"agent/protocols/planted.hpp", "#include <thread>\n"});
+}
+
+TEST(Architecture, ProductCodeNeverUsesUnkeyedRandomnessOrSleeps) {
+  const auto everywhere = [](const SourceFile&) { return true; };
+  expect_held(never(R"(\b(s?rand|drand48)\s*\(|\brandom_device\b|\bnormal_distribution\b|\bmt19937|::Random\s*\(|\bsetRandom\b)", everywhere),
+              {"orchestrator/planted.cpp", "int x = rand();\n"});
+  expect_held(never(R"(\b(sleep_for|sleep_until|usleep|nanosleep|dds_sleepfor)\b|\bsleep\s*\()", everywhere),
+              {"tests/planted.cpp", "std::this_thread::sleep_for(1s);\n"});
+}
+
+// --- style that tools do not hold ---------------------------------------------------------------------------------------
+
+TEST(Style, EveryHeaderHasPragmaOnce) {
+  const Rule rule = [](const SourceFile& file) {
+    return file.header() && !file.text.starts_with("#pragma once\n") ? Findings{place(file, 1) + "does not begin with #pragma once"}
+                                                                     : Findings{};
+  };
+  expect_held(rule, {"core/planted.hpp", "struct Planted {};\n"});
+}
+
+TEST(Style, LinesHaveNoTabsTrailingSpaceOrExcessLength) {
+  const Rule rule = [](const SourceFile& file) {
+    Findings findings;
+    const std::vector<std::string> lines = lines_of(file.text);
+    const bool short_lines = file.cpp() || ends_with_any(file.path, {".idl", ".yaml", ".sh", "CMakeLists.txt"});
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const std::string& line = lines[i];
+      if (line.find('\t') != std::string::npos && file.name() != "Makefile") findings.push_back(place(file, i + 1) + "tab");
+      if (ends_with_any(line, {" ", "\r"})) findings.push_back(place(file, i + 1) + "trailing space");
+      const auto continuation = [](char c) {
+        return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
+      };  // UTF-8: not a character of its own
+      const auto characters = line.size() - static_cast<std::size_t>(std::count_if(line.begin(), line.end(), continuation));
+      if (short_lines && characters > 140) findings.push_back(place(file, i + 1) + std::to_string(characters) + " characters");
+    }
+    if (!file.text.ends_with('\n')) findings.push_back(place(file, lines.size()) + "no line break at the end");
+    return findings;
+  };
+  expect_held(rule, {"core/planted.hpp", "int a;\t// tab\n"});
+  expect_held(rule, {"docs/planted.md", "trailing \n"});
+  expect_held(rule, {"core/planted.cpp", std::string(141, 'x') + "\n"});
+  expect_held(rule, {"core/planted.cpp", "int a;"});
+}
+
+TEST(Style, NothingIsLeftUnfinished) {
+  const Rule rule = [](const SourceFile& file) {
+    static const std::regex unfinished(R"(\b(TODO|FIXME|XXX|HACK|DISABLED_\w+|GTEST_SKIP)\b)");
+    Findings findings;
+    if (file.path.starts_with("tests/tidy/")) return findings;
+    const std::vector<std::string> lines = lines_of(file.text);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      if (std::regex_search(lines[i], unfinished)) findings.push_back(place(file, i + 1) + lines[i]);
+    return findings;
+  };
+  expect_held(rule, {"core/planted.cpp", "// TODO later\n"});
+}
+
+TEST(Style, TypesAreNamedForWhatTheyAre) {
+  const auto product = [](const SourceFile& file) { return !file.test(); };
+  expect_held(never(R"(\b(class|struct)\s+\w*(Manager|Handler|Helper|Utils?|Ticker|Peer)\b)", product),
+              {"core/planted.hpp", "class LinkManager;\n"});
+}
+
+// --- what readers are promised ------------------------------------------------------------------------------------------
+
+TEST(Documentation, EveryExperimentOpensWithItsQuestion) {
+  const Rule rule = [](const SourceFile& file) {
+    const bool experiment = file.path.starts_with("experiments/") && file.path.ends_with(".yaml");
+    return experiment && !file.text.starts_with("# ") ? Findings{place(file, 1) + "no header comment"} : Findings{};
+  };
+  expect_held(rule, {"experiments/planted.yaml", "experiment: planted\n"});
+}
+
+TEST(Documentation, EveryProtocolFileNamesItsSource) {
+  const Rule rule = [](const SourceFile& file) {
+    static const std::regex source(R"(\b(19|20)\d\d\b)");
+    if (!file.path.starts_with("agent/protocols/") || !file.cpp()) return Findings{};
+    const std::string opening = file.text.substr(0, file.text.find("\nnamespace"));
+    return std::regex_search(opening, source) ? Findings{} : Findings{place(file, 1) + "the opening comment names no publication and year"};
+  };
+  expect_held(rule, {"agent/protocols/planted.hpp", "#pragma once\n/// An algorithm.\nnamespace consort {}\n"});
+}
+
+const SourceFile& readme() {
+  return *std::find_if(tree().begin(), tree().end(), [](const SourceFile& file) { return file.path == "README.md"; });
+}
+
+TEST(Documentation, ReadmeNamesEveryShippedExperiment) {
+  std::size_t experiments = 0;
+  for (const SourceFile& file : tree()) {
+    if (!file.path.starts_with("experiments/") || !file.path.ends_with(".yaml")) continue;
+    ++experiments;
+    EXPECT_NE(readme().text.find(file.name()), std::string::npos) << file.path;
+  }
+  EXPECT_GE(experiments, 13U);
+}
+
+TEST(Documentation, ReadmeNamesEveryProtocol) {
+  ASSERT_FALSE(protocol_table().empty());
+  for (const ProtocolEntry& protocol : protocol_table())
+    EXPECT_NE(readme().text.find("`" + std::string(protocol.name) + "`"), std::string::npos) << protocol.name;
+}
+
+TEST(Documentation, LinksInMarkdownLeadSomewhere) {
+  const Rule rule = [](const SourceFile& file) {
+    static const std::regex link(R"(\]\(([^)#:]+)(#[^)]*)?\))");
+    Findings findings;
+    if (!file.path.ends_with(".md")) return findings;
+    const auto folder = (std::filesystem::path(CONSORT_SOURCE_DIR) / file.path).parent_path();
+    for (auto it = std::sregex_iterator(file.text.begin(), file.text.end(), link); it != std::sregex_iterator(); ++it)
+      if (!std::filesystem::exists(folder / (*it)[1].str())) findings.push_back(file.path + ": " + (*it)[1].str());
+    return findings;
+  };
+  expect_held(rule, {"docs/planted.md", "[here](nowhere.md)\n"});
+}
+
+TEST(Documentation, DecisionsAreNumberedWithoutGaps) {
+  std::size_t next = 0;
+  for (const SourceFile& file : tree()) {  // ascending by path
+    if (!file.path.starts_with("docs/decisions/")) continue;
+    ++next;
+    const std::string digits = std::to_string(next);
+    EXPECT_TRUE(file.name().starts_with(std::string(4 - digits.size(), '0') + digits + "-")) << file.path << ": expected number " << next;
+    EXPECT_TRUE(file.text.starts_with("# " + digits + ". ")) << file.path << ": the title should begin '# " << digits << ". '";
+  }
+  EXPECT_GT(next, 0U);
+}
+
+TEST(Tidy, BlanksCommentsAndLiteralsOnly) {
+  EXPECT_EQ(code_of("a(); // rand()\nb(\"rand()\");"), "a();          \nb(        );");
+  EXPECT_EQ(code_of("/* x\ny */ c;"), "    \n     c;");
+  EXPECT_EQ(code_of("int n = 1'000; char q = '\"'; d();"), "int n = 1'000; char q =    ; d();");
+  EXPECT_EQ(code_of("auto s = R\"(\")\"; e();"), "auto s =       ; e();");
+}
+
+}  // namespace
+}  // namespace consort::tidy
