@@ -221,12 +221,14 @@ TEST(Documentation, EveryExperimentOpensWithItsQuestion) {
   expect_held(rule, {{"experiments/planted.yaml", "experiment: planted\n"}});
 }
 
-TEST(Documentation, EveryProtocolFileNamesItsSource) {
+TEST(Documentation, EveryProtocolFileNamesSourceAssumptionsAndLoss) {
   const Rule rule = [](const SourceFile& file) {
-    static const std::regex source(R"(\b(19|20)\d\d\b)");
-    if (!file.path.starts_with("agent/protocols/") || !file.cpp()) return Findings{};
+    Findings findings;
+    if (!file.path.starts_with("agent/protocols/") || !file.cpp()) return findings;
     const std::string opening = file.text.substr(0, file.text.find("\nnamespace"));
-    return std::regex_search(opening, source) ? Findings{} : Findings{place(file, 1) + "the opening comment names no publication and year"};
+    for (const char* wanted : {"/// Source: ", "/// Assumes: ", "missing message"})
+      if (opening.find(wanted) == std::string::npos) findings.push_back(place(file, 1) + "the opening comment has no '" + wanted + "'");
+    return findings;
   };
   expect_held(rule, {{"agent/protocols/planted.hpp", "#pragma once\n/// An algorithm.\nnamespace consort {}\n"}});
 }
