@@ -20,6 +20,7 @@ struct Sense {
   std::span<const Neighbour> in_neighbours;   ///< N_i(k) with weights w_ij(k), ascending
   std::size_t out_degree = 0;                 ///< how many agents receive from i in round k (mu_i)
   std::optional<Vector> y;                    ///< measurement, absent without a plant
+  AgentId self{};                             ///< i, for the text of errors; 0: not said
 };
 
 /// What a protocol is told when it starts.

@@ -1,0 +1,55 @@
+#include "agent/registry.hpp"
+
+#include "agent/protocol_adapter.hpp"
+#include "agent/protocols/kalman_consensus.hpp"
+#include "agent/protocols/local_voting.hpp"
+#include "agent/protocols/unbiased_information_consensus.hpp"
+#include "agent/protocols/unbiased_kalman_consensus.hpp"
+#include "core/nearest.hpp"
+
+namespace consort {
+namespace {
+
+/// The instantiation for the dimension of the initial x: sizes known to the compiler where they are common.
+template <template <int> class P>
+std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
+  if (!setup.initial.has("x")) throw ConfigError("protocol " + std::string(P<1>::name) + ": agent " + std::to_string(setup.self.value) + " has no initial x");
+  switch (setup.initial.vector("x").size()) {
+    case 1: return std::make_unique<ProtocolOf<P<1>>>(parameters, setup);
+    case 2: return std::make_unique<ProtocolOf<P<2>>>(parameters, setup);
+    case 3: return std::make_unique<ProtocolOf<P<3>>>(parameters, setup);
+    case 4: return std::make_unique<ProtocolOf<P<4>>>(parameters, setup);
+    case 6: return std::make_unique<ProtocolOf<P<6>>>(parameters, setup);
+    case 8: return std::make_unique<ProtocolOf<P<8>>>(parameters, setup);
+    default: return std::make_unique<ProtocolOf<P<Eigen::Dynamic>>>(parameters, setup);
+  }
+}
+
+template <template <int> class P>
+ProtocolEntry entry() {
+  using Spec = P<Eigen::Dynamic>;
+  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, &make<P>};
+}
+
+}  // namespace
+
+std::span<const ProtocolEntry> protocol_table() {
+  static const std::array table{
+      entry<LocalVoting>(),
+      entry<KalmanConsensus>(),
+      entry<UnbiasedKalmanConsensus>(),
+      entry<UnbiasedInformationConsensus>(),
+  };
+  return table;
+}
+
+const ProtocolEntry& find_protocol(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const ProtocolEntry& entry : protocol_table()) {
+    if (entry.name == name) return entry;
+    known.push_back(entry.name);
+  }
+  throw ConfigError(unknown_word("protocol", name, known));
+}
+
+}  // namespace consort

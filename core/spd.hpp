@@ -1,0 +1,91 @@
+#pragma once
+/// Inverses of symmetric positive definite matrices (covariances, information matrices) that refuse to return nonsense.
+
+#include "core/errors.hpp"
+#include "core/types.hpp"
+
+#include <limits>
+#include <sstream>
+#include <string>
+#include <string_view>
+
+namespace consort {
+
+/// Where a numerical failure happened; only its text is used.
+struct Place {
+  std::string_view algorithm;
+  AgentId agent;
+  Round k = 0;
+};
+
+/// Throws RunError: names place, matrix, size and condition.
+[[noreturn]] inline void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& value) {
+  std::ostringstream text;
+  text << place.algorithm << ": agent " << place.agent.value << ", round " << place.k << ": matrix " << matrix << " (" << value.rows() << " x "
+       << value.cols() << ") is not numerically positive definite";
+  if (value.allFinite()) {
+    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(value, Eigen::EigenvaluesOnly).eigenvalues();
+    const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.cwiseAbs().maxCoeff();
+    text << ": eigenvalues in [" << smallest << ", " << eigenvalues.maxCoeff() << "], condition " << largest / std::abs(smallest);
+  } else {
+    text << ": it has entries that are not finite, condition infinite";
+  }
+  throw RunError(text.str());
+}
+
+/// Inverts matrices of one size through LLT. Holds its workspace, so a loop over messages allocates nothing, whatever the size.
+template <int N>
+class SpdInverse {
+ public:
+  using Result = Eigen::Matrix<double, N, N>;
+
+  SpdInverse(Eigen::Index n, const Place& place) : place_(place), factor_(n), inverse_(n, n), lower_(n, n) {}
+
+  /// The inverse of `a` (n x n, symmetric), exactly symmetric; valid until the next call. `name` stands for it in messages.
+  /// Throws RunError if a pivot of LLT falls below 1e-14 of its diagonal entry (a test that units of the components cannot
+  /// fool) or below the smallest normal number.
+  template <class Derived>
+  const Result& operator()(const Eigen::MatrixBase<Derived>& a, std::string_view name) {
+    factor_.compute(a.derived());
+    bool good = factor_.info() == Eigen::Success;
+    for (Eigen::Index i = 0; good && i < a.rows(); ++i) {
+      const double pivot = factor_.matrixLLT()(i, i), entry = a.derived().coeff(i, i);
+      good = pivot * pivot >= kSmallestPivot * entry && entry >= std::numeric_limits<double>::min() && entry <= std::numeric_limits<double>::max();
+    }
+    if (!good) refuse_matrix(place_, name, a.derived());
+    // a = L L^T, so its inverse is L^-T L^-1; both halves come from one product, hence the exact symmetry.
+    lower_.setIdentity();
+    factor_.matrixL().solveInPlace(lower_);
+    inverse_.noalias() = lower_.transpose() * lower_;
+    inverse_.template triangularView<Eigen::StrictlyUpper>() = inverse_.transpose();
+    return inverse_;
+  }
+
+ private:
+  static constexpr double kSmallestPivot = 1e-14;
+  Place place_;
+  Eigen::LLT<Result> factor_;
+  Result inverse_, lower_;
+};
+
+/// One number: a reciprocal.
+template <>
+class SpdInverse<1> {
+ public:
+  using Result = Eigen::Matrix<double, 1, 1>;
+
+  SpdInverse(Eigen::Index, const Place& place) : place_(place) {}
+
+  /// Throws RunError if `a` is not a positive normal number.
+  template <class Derived>
+  Result operator()(const Eigen::MatrixBase<Derived>& a, std::string_view name) const {
+    const double value = a.derived().coeff(0, 0);
+    if (!(value >= std::numeric_limits<double>::min() && value <= std::numeric_limits<double>::max())) refuse_matrix(place_, name, a.derived());
+    return Result(1.0 / value);
+  }
+
+ private:
+  Place place_;
+};
+
+}  // namespace consort
