@@ -1,0 +1,133 @@
+#include "core/metrics.hpp"
+
+#include "core/errors.hpp"
+#include "core/nearest.hpp"
+#include "core/spd.hpp"
+#include "core/stop.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace consort {
+namespace {
+
+/// One entry per component, named name[c]; a single component is just `name`.
+void put(Metrics& out, const std::string& name, const Vector& value) {
+  if (value.size() == 1) {
+    out[name] = value[0];
+    return;
+  }
+  for (Eigen::Index c = 0; c < value.size(); ++c) out[name + "[" + std::to_string(c) + "]"] = value[c];
+}
+
+/// The final estimates, one column per agent.
+Eigen::Map<const Matrix> final_estimates(const Trace& trace) {
+  return {trace.final_estimate(agent_at(0)).data(), static_cast<Eigen::Index>(trace.dimension), static_cast<Eigen::Index>(trace.agents)};
+}
+
+double disagreement_at(const Trace& trace, std::size_t report) {
+  const std::size_t width = trace.agents * trace.dimension;
+  return disagreement(std::span(trace.estimates).subspan(report * width, width), trace.agents, trace.dimension);
+}
+
+void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  put(out, "consensus_value", final_estimates(trace).rowwise().mean());
+}
+
+void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace&, Metrics& out) {
+  put(out, "centralised_value", centralised_estimate(experiment, seed));
+}
+
+void bias(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  put(out, "bias", final_estimates(trace).rowwise().mean() - centralised_estimate(experiment, seed));
+}
+
+void final_disagreement(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  out["disagreement"] = disagreement_at(trace, trace.rounds.size() - 1);
+}
+
+void spread(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  const auto finals = final_estimates(trace);
+  put(out, "spread", finals.rowwise().maxCoeff() - finals.rowwise().minCoeff());
+}
+
+void rounds_to_convergence(const Experiment& experiment, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  const double threshold = experiment.convergence.value_or(Convergence{}).disagreement;
+  double first = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t report = trace.rounds.size(); report-- > 0 && disagreement_at(trace, report) <= threshold;) first = trace.rounds[report];
+  out["rounds_to_convergence"] = first;
+}
+
+void messages_sent(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  out["messages_sent"] = static_cast<double>(trace.totals.sent);
+}
+void messages_delivered(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  out["messages_delivered"] = static_cast<double>(trace.totals.delivered);
+}
+void messages_lost(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  out["messages_lost"] = static_cast<double>(trace.totals.lost);
+}
+void rounds(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) { out["rounds"] = trace.last_round; }
+
+constexpr std::array kTable{
+    MetricEntry{"consensus_value", "mean of the final estimates", consensus_value},
+    MetricEntry{"centralised_value", "estimate of one who knows all initial values (Alighanbari, How 2006, (6)); their mean without P", centralised_value},
+    MetricEntry{"bias", "consensus_value - centralised_value", bias},
+    MetricEntry{"disagreement", "largest distance between two agents' final estimates", final_disagreement},
+    MetricEntry{"spread", "largest minus smallest final estimate, per component", spread},
+    MetricEntry{"rounds_to_convergence", "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
+                rounds_to_convergence},
+    MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
+    MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
+    MetricEntry{"messages_lost", "messages the links dropped", messages_lost},
+    MetricEntry{"rounds", "rounds executed", rounds},
+};
+
+}  // namespace
+
+std::span<const MetricEntry> metric_table() { return kTable; }
+
+Metrics compute_metrics(const Experiment& experiment, Seed run_seed, const ProtocolChoice& protocol, const Trace& trace) {
+  check(!trace.rounds.empty(), "metrics are computed on a trace with at least one report");
+  Metrics out;
+  if (experiment.metrics.empty()) {
+    for (const MetricEntry& entry : kTable) entry.compute(experiment, run_seed, protocol, trace, out);
+    return out;
+  }
+  for (const std::string& name : experiment.metrics) {
+    const auto entry = std::find_if(kTable.begin(), kTable.end(), [&](const MetricEntry& e) { return e.name == name; });
+    if (entry == kTable.end()) {
+      std::vector<std::string_view> known;
+      for (const MetricEntry& e : kTable) known.push_back(e.name);
+      throw ConfigError(unknown_word("metric", name, known));
+    }
+    entry->compute(experiment, run_seed, protocol, trace, out);
+  }
+  return out;
+}
+
+Vector centralised_estimate(const Experiment& experiment, Seed run_seed) {
+  // xbar = (sum_i P_i^-1)^-1 sum_i P_i^-1 x_i, with P_i = I where no P is given                                    (6)
+  check(experiment.agents >= 1, "an experiment has agents");
+  Matrix information;
+  Vector weighted;
+  for (std::size_t i = 0; i < experiment.agents; ++i) {
+    const AgentId self = agent_at(i);
+    const Values initial = experiment.initial_of(self, run_seed);
+    const Vector x = initial.vector("x");
+    if (i == 0) {
+      information = Matrix::Zero(x.size(), x.size());
+      weighted = Vector::Zero(x.size());
+    }
+    if (x.size() != weighted.size()) throw ConfigError("agent " + std::to_string(self.value) + ": initial x has another dimension than that of agent 1");
+    SpdInverse<Eigen::Dynamic> inverse(x.size(), {"centralised estimate", self, 0});
+    const Matrix certainty = inverse(initial.covariance("P", x.size(), 1.0, true), "P_i(0)");
+    information += certainty;
+    weighted += certainty * x;
+  }
+  SpdInverse<Eigen::Dynamic> inverse(weighted.size(), {"centralised estimate", agent_at(0), 0});
+  return inverse(information, "sum of P_i(0)^-1") * weighted;
+}
+
+}  // namespace consort
