@@ -1,0 +1,200 @@
+#include "orchestrator/run.hpp"
+
+#include "agent/registry.hpp"
+#include "core/errors.hpp"
+#include "sim/world.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace consort {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+struct Layouts {
+  Layout message, estimate;
+};
+
+/// Layouts do not depend on the agent, so agent 1 stands for all.
+Layouts layouts_of(const Experiment& experiment, const Job& job) {
+  const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
+  const Values initial = experiment.initial_of(AgentId{1}, job.seed);
+  const Setup setup{AgentId{1}, experiment.agents, experiment.dt, initial};
+  const auto protocol = find_protocol(choice.name).make(experiment.parameters_of(choice, AgentId{1}), setup);
+  return {protocol->message_layout(), protocol->estimate_layout()};
+}
+
+/// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
+class Watch {
+ public:
+  Watch(const Experiment& experiment, const RunOptions& options)
+      : interrupt_(options.interrupt), start_(Clock::now()), deadline_seconds_(experiment.deadline) {}
+  [[nodiscard]] Clock::time_point start() const { return start_; }
+  [[nodiscard]] bool interrupted() const { return interrupt_ != nullptr && interrupt_->load(std::memory_order_relaxed) != 0; }
+  [[nodiscard]] bool expired() const { return seconds_since(start_) > deadline_seconds_; }
+  [[nodiscard]] bool ended() const { return interrupted() || expired(); }
+
+  /// Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
+  void check_deadline(const Experiment& experiment, const JobOutcome& outcome) const {
+    if (interrupted()) return;
+    throw TimeoutError(fmt::format(
+        "the deadline of {:g} s passed in round {} of {} ({}, seed {}); a longer one is written `stop: {{deadline: ...}}` in the experiment",
+        deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).name,
+        outcome.job.seed.value));
+  }
+
+ private:
+  const std::atomic<int>* interrupt_;
+  Clock::time_point start_;
+  Seconds deadline_seconds_;
+};
+
+/// A finished job with its reports, waiting for its turn to be handed to the observer.
+struct Finished {
+  JobOutcome outcome;
+  std::vector<double> estimates;
+  std::vector<std::uint64_t> hashes;
+  std::vector<AgentCounters> counters;
+  double began_seconds = 0.0;   ///< of round 0, after the call
+  bool ended_early = false;
+
+  void keep(const RoundReport& report) {
+    estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
+    hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
+    counters.insert(counters.end(), report.counters.begin(), report.counters.end());
+  }
+
+  void replay(RunObserver& observer) const {
+    const std::size_t agents = outcome.trace.agents, width = agents * outcome.trace.dimension;
+    for (std::size_t i = 0; i < outcome.trace.rounds.size(); ++i) {
+      observer.report(outcome.job, {outcome.trace.rounds[i], std::span(estimates).subspan(i * width, width),
+                                    std::span(hashes).subspan(i * agents, agents), std::span(counters).subspan(i * agents, agents)});
+    }
+  }
+};
+
+/// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so.
+template <class Each, class Ended>
+Finished run_job(const Experiment& experiment, const Job& job, const Watch& watch, Ended&& ended, Each&& each) {
+  Finished finished;
+  std::optional<Clock::time_point> round_zero;
+  const auto sink = [&](const RoundReport& report) {
+    if (!round_zero) {
+      round_zero = Clock::now();
+      finished.began_seconds = seconds_since(watch.start());
+    }
+    each(finished, report);
+    finished.ended_early = ended();
+    return !finished.ended_early;
+  };
+  finished.outcome.job = job;
+  finished.outcome.trace = simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink);
+  finished.outcome.seconds = round_zero ? seconds_since(*round_zero) : 0.0;
+  return finished;
+}
+
+SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& watch, RunObserver& observer) {
+  const Layouts layouts = layouts_of(experiment, job);
+  observer.run_begins(job, layouts.message, layouts.estimate);
+  const Finished finished = run_job(
+      experiment, job, watch, [&] { return watch.ended(); },
+      [&](const Finished&, const RoundReport& report) { observer.report(job, report); });
+  observer.run_ends(finished.outcome);
+  if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
+  return {finished.began_seconds, finished.outcome.seconds};
+}
+
+/// Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
+class Workers {
+ public:
+  Workers(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch) {
+    // A packaged task carries an exception of its simulation to the thread that asks for the result.
+    for (const Job& job : jobs) {
+      tasks_.emplace_back([&experiment, &watch, job](const std::stop_token& stop) {
+        return run_job(
+            experiment, job, watch, [&] { return stop.stop_requested() || watch.ended(); },
+            [](Finished& finished, const RoundReport& report) { finished.keep(report); });
+      });
+    }
+    const std::size_t threads = std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()), jobs.size());
+    window_ = 2 * threads;
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
+  }
+
+  /// The next job in order; throws what its simulation threw.
+  Finished next() {
+    Finished finished = tasks_[taken_].get_future().get();
+    {
+      const std::lock_guard lock(mutex_);
+      ++taken_;
+    }
+    room_.notify_all();
+    return finished;
+  }
+
+ private:
+  void work(const std::stop_token& stop) {
+    for (;;) {
+      std::unique_lock lock(mutex_);
+      const bool may_go_on = room_.wait(lock, stop, [&] { return started_ == tasks_.size() || started_ < taken_ + window_; });
+      if (!may_go_on || started_ == tasks_.size()) return;
+      auto& task = tasks_[started_++];
+      lock.unlock();
+      task(stop);
+    }
+  }
+
+  std::vector<std::packaged_task<Finished(const std::stop_token&)>> tasks_;
+  std::mutex mutex_;
+  std::condition_variable_any room_;
+  std::size_t started_ = 0, taken_ = 0, window_ = 1;
+  std::vector<std::jthread> threads_;   // last member: stopped and joined before anything they use is gone
+};
+
+SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch, RunObserver& observer) {
+  SessionTimes times;
+  Layouts layouts;
+  Workers workers(experiment, jobs, watch);
+  for (const Job& job : jobs) {
+    if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
+    const Finished finished = workers.next();
+    observer.run_begins(job, layouts.message, layouts.estimate);
+    finished.replay(observer);
+    observer.run_ends(finished.outcome);
+    if (job.number == 0) times.startup_seconds = finished.began_seconds;
+    times.running_seconds += finished.outcome.seconds;
+    if (!finished.ended_early) continue;
+    watch.check_deadline(experiment, finished.outcome);
+    break;   // the user's signal: the jobs that have not been taken are dropped
+  }
+  return times;
+}
+
+}  // namespace
+
+std::vector<Job> jobs_of(const Experiment& experiment) {
+  std::vector<Job> jobs;
+  for (std::size_t protocol = 0; protocol < experiment.protocols.size(); ++protocol) {
+    for (std::size_t run = 0; run < experiment.runs; ++run) jobs.push_back({jobs.size(), protocol, Seed{experiment.seed.value + run}});
+  }
+  return jobs;
+}
+
+SessionTimes run_simulated(const Experiment& experiment, const RunOptions& options, RunObserver& observer) {
+  const Watch watch(experiment, options);
+  const std::vector<Job> jobs = jobs_of(experiment);
+  check(!jobs.empty(), "an experiment has at least one protocol and one run");
+  return jobs.size() == 1 ? run_one(experiment, jobs.front(), watch, observer) : run_many(experiment, jobs, watch, observer);
+}
+
+}  // namespace consort
