@@ -1,0 +1,123 @@
+#pragma once
+/// Cyclone configuration as text. Pure functions; what works on loopback and why is measured, see docs/decisions.
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dds::configuration {
+
+/// How processes find each other.
+enum class Discovery {
+  multicast,   ///< everybody finds everybody; cost grows with the square of the processes, fine up to about 50 on one host
+  neighbours,  ///< unicast to the listed addresses only; needs `port_base`; cost grows with the links
+};
+
+/// How samples travel. Neighbours discovery has unicast only.
+enum class Data {
+  unicast,    ///< one packet per reader: right when each sample has few readers
+  multicast,  ///< one packet for all: right when most processes read each sample, and only then, as every process on the host wakes for
+              ///< each
+};
+
+struct Settings {
+  std::string interface = "lo";  ///< name, or an IPv4 address of it
+  Discovery discovery = Discovery::multicast;
+  Data data = Data::unicast;
+  std::string tag;                                            ///< processes with different tags never match
+  std::optional<std::uint16_t> port_base{};                   ///< neighbours: this process's own; see unicast_port
+  std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
+  std::optional<std::chrono::milliseconds> spdp_interval{};   ///< how often a participant announces itself; Cyclone: 30 s
+  std::optional<std::chrono::milliseconds> lease_duration{};  ///< silence after which a participant is gone; Cyclone: 10 s
+  bool tuned = false;  ///< slower acknowledgements and heartbeats: halves a dense start-up of ~100 processes, and
+                       ///< adds 1 s to a small one and delays repair of real losses
+  std::optional<std::size_t> writer_high_watermark{};  ///< bytes a writer may hold unacknowledged before a write waits; Cyclone: 500 kB
+};
+
+/// Ports a process in neighbours mode uses: this one for discovery and the next one for data. `port_base` counts from the domain's ports,
+/// as all of Cyclone's numbers do. Keep bases 4 apart and results under 32768, where the kernel's own port numbers begin.
+constexpr unsigned unicast_port(unsigned port_base, unsigned domain) { return port_base + 250 * domain + 10; }
+
+/// Text as XML content.
+inline std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  }
+  return result;
+}
+
+namespace detail {
+
+inline std::string element(std::string_view name, std::string_view content) {
+  return "<" + std::string(name) + ">" + std::string(content) + "</" + std::string(name) + ">";
+}
+
+inline std::string milliseconds(std::chrono::milliseconds length) { return std::to_string(length.count()) + "ms"; }
+
+/// An interface is named, or given by address when it starts with a digit. `lo` carries no multicast flag, hence the attribute.
+inline std::string general(const Settings& settings) {
+  const bool address = !settings.interface.empty() && settings.interface.front() >= '0' && settings.interface.front() <= '9';
+  const std::string interface =
+      std::string("<NetworkInterface ") + (address ? "address" : "name") + "=\"" + escaped(settings.interface) + "\" multicast=\"true\"/>";
+  const bool neighbours = settings.discovery == Discovery::neighbours;
+  const char* multicast = neighbours ? "false" : settings.data == Data::multicast ? "true" : "spdp";
+  return element("General", element("Interfaces", interface) + element("AllowMulticast", multicast));
+}
+
+inline std::string discovery(const Settings& settings) {
+  std::string content;
+  if (!settings.tag.empty()) content += element("Tag", escaped(settings.tag));
+  if (settings.discovery == Discovery::neighbours) {
+    content += element("ParticipantIndex", "0");
+    if (settings.port_base) content += element("Ports", element("Base", std::to_string(*settings.port_base)));
+    std::string listed;
+    for (const std::string& neighbour : settings.neighbours) listed += "<Peer Address=\"" + escaped(neighbour) + "\"/>";
+    if (!listed.empty()) content += element("Peers", listed);
+  }
+  if (settings.spdp_interval) content += element("SPDPInterval", milliseconds(*settings.spdp_interval));
+  if (settings.lease_duration) content += element("LeaseDuration", milliseconds(*settings.lease_duration));
+  return content.empty() ? "" : element("Discovery", content);
+}
+
+inline std::string internal(const Settings& settings) {
+  std::string content;
+  if (settings.tuned) {
+    content +=
+        "<SocketReceiveBufferSize min=\"4MB\"/><DeliveryQueueMaxSamples>16384</DeliveryQueueMaxSamples>"
+        "<PreEmptiveAckDelay>1s</PreEmptiveAckDelay><AckDelay>200ms</AckDelay><NackDelay>500ms</NackDelay>"
+        "<HeartbeatInterval min=\"200ms\" minsched=\"1s\" max=\"8s\">1s</HeartbeatInterval>";
+  }
+  if (settings.writer_high_watermark) {
+    content += element("Watermarks", element("WhcHigh", std::to_string(*settings.writer_high_watermark) + "B"));
+  }
+  return content.empty() ? "" : element("Internal", content);
+}
+
+}  // namespace detail
+
+/// One XML fragment for dds::domain::Domain. Cyclone's warnings and errors go to stderr: its return codes alone say too little.
+inline std::string xml(const Settings& settings) {
+  return "<CycloneDDS><Domain Id=\"any\">" + detail::general(settings) + detail::discovery(settings) + detail::internal(settings) +
+         "<Tracing><Category>warning,error</Category><OutputFile>stderr</OutputFile></Tracing></Domain></CycloneDDS>";
+}
+
+}  // namespace dds::configuration
