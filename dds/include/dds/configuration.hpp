@@ -27,7 +27,7 @@ struct Settings {
   std::string interface = "lo";  ///< name, or an IPv4 address of it
   Discovery discovery = Discovery::multicast;
   Data data = Data::unicast;
-  std::string tag;                                            ///< processes with different tags never match
+  std::string tag{};                                          ///< processes with different tags never match
   std::optional<std::uint16_t> port_base{};                   ///< neighbours: this process's own; see unicast_port
   std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
   std::optional<std::chrono::milliseconds> spdp_interval{};   ///< how often a participant announces itself; Cyclone: 30 s
