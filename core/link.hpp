@@ -11,9 +11,9 @@ namespace consort {
 
 /// One link. `noise_covariance` is scalar (1x1, times identity), a diagonal (n x 1) or n x n; an empty matrix is no noise.
 struct LinkSpec {
-  double loss_probability = 0.0;   ///< Bernoulli, in [0, 1]
-  Round delay_rounds = 0;          ///< whole rounds
-  Matrix noise_covariance;         ///< in the squared unit of the disturbed message field
+  double loss_probability = 0.0;  ///< Bernoulli, in [0, 1]
+  Round delay_rounds = 0;         ///< whole rounds
+  Matrix noise_covariance;        ///< in the squared unit of the disturbed message field
   [[nodiscard]] bool ideal() const { return loss_probability == 0.0 && delay_rounds == 0 && noise_covariance.size() == 0; }
 };
 
@@ -30,11 +30,14 @@ struct LinkModel {
 /// One link ready to use: covariance factored, draws keyed. Pure.
 class Link {
  public:
-  Link(Edge edge, const LinkSpec& spec, Eigen::Index noise_dimension, Seed seed);   ///< ConfigError on a covariance of wrong size or not PSD
+  /// Throws ConfigError on a loss probability outside [0, 1] and on a covariance of wrong size or not positive semidefinite.
+  Link(Edge edge, const LinkSpec& spec, Eigen::Index noise_dimension, Seed seed);
   [[nodiscard]] bool lost(Round sent) const;
-  [[nodiscard]] Round delay(Round sent) const;
-  [[nodiscard]] bool noisy() const;
-  void add_noise(Round sent, std::span<double> field) const;   ///< adds N(0, covariance)
+  [[nodiscard]] Round delay([[maybe_unused]] Round sent) const {
+    return delay_rounds_;
+  }  ///< rounds that the message of round `sent` is under way
+  [[nodiscard]] bool noisy() const { return deviations_.size() > 0 || factor_.size() > 0; }
+  void add_noise(Round sent, std::span<double> field) const;  ///< adds N(0, covariance)
   [[nodiscard]] bool ideal() const { return ideal_; }
 
  private:
@@ -42,7 +45,8 @@ class Link {
   Seed seed_;
   double loss_probability_;
   Round delay_rounds_;
-  Matrix factor_;   // lower Cholesky-like factor (LDLT: semidefinite allowed)
+  Vector deviations_;  // diagonal covariance: its square root
+  Matrix factor_;      // any other covariance: F with F F^T = covariance
   bool ideal_;
 };
 

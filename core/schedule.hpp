@@ -3,8 +3,8 @@
 
 #include "core/graph.hpp"
 
+#include <cstdint>
 #include <memory>
-#include <mutex>
 #include <variant>
 #include <vector>
 
@@ -36,10 +36,13 @@ struct LinkEvent {
   bool heal = false;
 };
 
-/// The topology of every round, a pure function of (specification, seed, round). Safe to ask from several threads.
+/// The topology of every round, a pure function of (specification, seed, round). Safe to ask from several threads; copies share what they
+/// have computed.
 class Schedule {
  public:
   using Spec = std::variant<FixedSchedule, RandomPairs, RandomLinks>;
+  /// Throws ConfigError on an empty list of intervals, an interval of no rounds, a graph with another number of agents, a dwell that is
+  /// empty or upside down, a probability outside [0, 1], or an event that names an agent there is not.
   Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed);
 
   /// Rounds [first, last] share one graph object.
@@ -53,17 +56,41 @@ class Schedule {
 
   /// Every edge that can ever be present in rounds [0, rounds). For random specifications: the support, not the sample.
   [[nodiscard]] Graph support(Round rounds) const;
-  /// Union of the graphs of rounds [first, first + window).
+  /// Union of the graphs of rounds [first, first + window); largest weights.
   [[nodiscard]] Graph union_over(Round first, Round window) const;
   [[nodiscard]] std::size_t agents() const { return agents_; }
+  /// One graph for ever.
   [[nodiscard]] bool constant() const;
 
  private:
+  /// From round `first` to the next epoch these edges are cut (ascending).
+  struct Epoch {
+    Round first = 0;
+    std::vector<Edge> cut;
+  };
+  /// Rounds in which the specification (without events) keeps one graph; `index` names that graph.
+  struct Span {
+    Round first = 0, last = 0;
+    std::uint32_t index = 0;
+  };
+  struct Memory;
+
+  void validate_spec() const;
+  void simplify_spec();
+  void build_epochs(std::vector<LinkEvent> events);
+  [[nodiscard]] std::size_t epoch_of(Round k) const;
+  [[nodiscard]] Round last_of_epoch(std::size_t epoch) const;
+  [[nodiscard]] Span span_of(const FixedSchedule& fixed, Round k) const;
+  [[nodiscard]] Span span_of(const RandomPairs& pairs, Round k) const;
+  [[nodiscard]] std::shared_ptr<const Graph> base_graph(std::uint32_t index) const;
+  [[nodiscard]] std::shared_ptr<const Graph> graph_of(std::uint32_t index, std::size_t epoch) const;
+
   std::size_t agents_;
   Spec spec_;
-  std::vector<LinkEvent> events_;
   Seed seed_;
-  // Implementation adds a lazily grown, mutex-guarded cache for the random dwell (segment s is drawn from stream (random_pairs, s)).
+  std::vector<Epoch> epochs_;        // ascending, the first at round 0
+  std::vector<std::uint64_t> ends_;  // fixed specification: first round after each interval, within one period
+  std::shared_ptr<Memory> memory_;   // what has been drawn; guarded by its own mutex
 };
 
 }  // namespace consort

@@ -1,0 +1,68 @@
+#include "core/experiment.hpp"
+
+#include "core/errors.hpp"
+
+#include <algorithm>
+
+namespace consort {
+
+namespace {
+
+Matrix value_of(const PerAgent::Same& source, AgentId, std::size_t, std::string_view, Seed) { return source.value; }
+
+Matrix value_of(const PerAgent::List& source, AgentId agent, std::size_t agents, std::string_view name, Seed) {
+  if (source.values.size() != agents) {
+    throw ConfigError("initial '" + std::string(name) + "': the list has " + std::to_string(source.values.size()) +
+                      " entries; allowed: one per agent, " + std::to_string(agents));
+  }
+  return source.values[index_of(agent)];
+}
+
+Matrix value_of(const PerAgent::Linspace& source, AgentId agent, std::size_t agents, std::string_view, Seed) {
+  const double value =
+      agents == 1 ? source.first
+                  : source.first + (source.last - source.first) * static_cast<double>(index_of(agent)) / static_cast<double>(agents - 1);
+  return Matrix::Constant(static_cast<Eigen::Index>(source.dimension), 1, value);
+}
+
+Matrix value_of(const PerAgent::Uniform& source, AgentId agent, std::size_t, std::string_view name, Seed seed) {
+  const Purpose purpose("initial " + std::string(name));
+  Matrix value(static_cast<Eigen::Index>(source.dimension), 1);
+  for (Eigen::Index c = 0; c < value.rows(); ++c) {
+    value(c, 0) = seed.stream(purpose, agent.value, static_cast<std::uint64_t>(c)).uniform(source.low, source.high);
+  }
+  return value;
+}
+
+/// Reports of all agents, summed over the run, that a trace may hold unless the user asks for more.
+constexpr std::uint64_t kReportBudget = 100'000;
+
+}  // namespace
+
+Matrix PerAgent::of(AgentId agent, std::size_t agents, std::string_view name, Seed seed) const {
+  check(agent.value >= 1 && index_of(agent) < agents, "PerAgent::of: agents are numbered 1..n");
+  return std::visit([&](const auto& kind) { return value_of(kind, agent, agents, name, seed); }, source);
+}
+
+Values Experiment::initial_of(AgentId agent, Seed run_seed) const {
+  Values values;
+  for (const auto& [value_name, per_agent] : initial) values.set(value_name, per_agent.of(agent, agents, value_name, run_seed));
+  const auto it = overrides.find(agent);
+  return it == overrides.end() ? values : values.overridden_by(it->second.initial);
+}
+
+Values Experiment::parameters_of(const ProtocolChoice& protocol, AgentId agent) const {
+  const auto it = overrides.find(agent);
+  return it == overrides.end() ? protocol.parameters : protocol.parameters.overridden_by(it->second.parameters);
+}
+
+Round Experiment::report_interval() const {
+  if (report_every) {
+    check(*report_every >= 1, "report_every is at least one round");
+    return *report_every;
+  }
+  const std::uint64_t smallest = (std::uint64_t{rounds} * agents + kReportBudget - 1) / kReportBudget;
+  return static_cast<Round>(std::clamp<std::uint64_t>(smallest, 1, std::max<Round>(rounds, 1)));
+}
+
+}  // namespace consort

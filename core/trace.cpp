@@ -1,0 +1,26 @@
+#include "core/trace.hpp"
+
+#include "core/errors.hpp"
+
+namespace consort {
+
+void Trace::add(const RoundReport& report) {
+  check(report.estimates.size() == agents * dimension, "Trace::add: the report needs agents x dimension estimates");
+  check(report.hashes.size() == agents && report.counters.size() == agents,
+        "Trace::add: the report needs one hash and one counter per agent");
+  check(rounds.empty() || rounds.back() < report.k, "Trace::add: reports come in ascending order of rounds");
+  rounds.push_back(report.k);
+  estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
+  HistoryHash all;
+  for (const std::uint64_t agent_hash : report.hashes) all.mix(agent_hash);
+  hash = all.value();
+  totals = {};
+  for (const AgentCounters& counters : report.counters) {
+    totals.sent += counters.sent;
+    totals.delivered += counters.delivered;
+    totals.lost += counters.lost;
+  }
+  last_round = report.k;
+}
+
+}  // namespace consort
