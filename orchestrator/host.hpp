@@ -1,0 +1,17 @@
+#pragma once
+/// Where and with what a run was made: kept beside its results, so that a number can be traced to the programs that gave it.
+
+#include "core/experiment.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace consort {
+
+std::string_view consort_version();
+/// seed, versions (Consort, Cyclone DDS, Eigen, SQLite, compiler, kernel), cores, memory, command line.
+nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vector<std::string>& command_line);
+
+}  // namespace consort
