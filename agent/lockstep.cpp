@@ -1,0 +1,215 @@
+#include "agent/lockstep.hpp"
+
+#include "agent/registry.hpp"
+#include "core/errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace consort {
+namespace {
+
+constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
+constexpr Round kForever = std::numeric_limits<Round>::max();
+
+std::vector<AgentId> senders_of(const wire::Member& member, std::uint32_t agents) {
+  if (!member.hears_everyone) return member.in_neighbours;
+  std::vector<AgentId> everyone;
+  for (std::uint32_t id = 1; id <= agents; ++id) {
+    if (id != member.agent.value) everyone.push_back(AgentId{id});
+  }
+  return everyone;
+}
+
+}  // namespace
+
+Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send)
+    : protocol_name_(run.protocol),
+      agents_(run.agents),
+      dt_(run.dt),
+      rounds_(run.rounds),
+      report_interval_(run.report_interval),
+      send_(std::move(send)),
+      member_of_(run.agents, kNobody),
+      listeners_(run.agents) {
+  const ProtocolEntry& entry = find_protocol(run.protocol);
+  members_.reserve(members.size());
+  for (const wire::Member& assigned : members) {
+    const auto index = static_cast<std::uint32_t>(members_.size());
+    auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters), Setup{assigned.agent, run.agents, run.dt, assigned.initial});
+    auto senders = senders_of(assigned, run.agents);
+    for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
+    member_of_[index_of(assigned.agent)] = index;
+    LinkModel links = assigned.links;
+    links.standard = run.standard_link;
+    const Layout& message = protocol->message_layout();
+    Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window);
+    std::vector<double> payload(message.size()), estimate(protocol->estimate_layout().size());
+    members_.push_back({.id = assigned.agent,
+                        .protocol = std::move(protocol),
+                        .mailbox = std::move(mailbox),
+                        .payload = std::move(payload),
+                        .estimate = std::move(estimate),
+                        .report = {.agent = assigned.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}},
+                        .hash = {},
+                        .counters = {},
+                        .topology = nullptr});
+    report_state(members_.back());
+  }
+}
+
+std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<WeightedEdge> edges) const {
+  for (const auto& [edge, weight] : edges) {
+    if (edge.from.value > agents_ || edge.to.value > agents_) {
+      throw RunError("a grant names an edge " + std::to_string(edge.from.value) + " -> " + std::to_string(edge.to.value) + ", but there are only " +
+                     std::to_string(agents_) + " agents");
+    }
+  }
+  auto topology = std::make_shared<Topology>(Topology{Graph(agents_, edges), {}, {}});
+  topology->local_listeners.resize(members_.size());
+  topology->heard_elsewhere.resize(members_.size());
+  for (const auto& [edge, weight] : edges) {
+    const std::uint32_t sender = member_of_[index_of(edge.from)], receiver = member_of_[index_of(edge.to)];
+    if (sender == kNobody) continue;
+    if (receiver == kNobody) topology->heard_elsewhere[sender] = true;
+    else topology->local_listeners[sender].push_back(receiver);
+  }
+  return topology;
+}
+
+void Lockstep::grant(const wire::Grant& grant) {
+  Round slowest_round = kForever;
+  for (const Member& member : members_) slowest_round = std::min(slowest_round, member.k);
+  while (segments_.size() > 1 && segments_[1].first <= slowest_round) segments_.pop_front();
+  for (const wire::Segment& segment : grant.segments) {
+    check(segments_.empty() || segments_.back().first < segment.first, "grants come in order");
+    if (segment.graph >= graphs_.size()) graphs_.resize(segment.graph + 1);
+    if (segment.stated) graphs_[segment.graph] = topology_from(*segment.stated);
+    if (!graphs_[segment.graph]) throw RunError("a grant refers to graph " + std::to_string(segment.graph) + ", which was never stated");
+    segments_.push_back({segment.first, graphs_[segment.graph]});
+  }
+  until_ = std::max(until_, grant.until);
+  report_at_ = grant.report_at;
+  reached_report_ = static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= report_at_; }));
+  report_due_ = reached_report_ == members_.size();
+  for (std::uint32_t index = 0; index < members_.size(); ++index) {
+    members_[index].topology_until = 0;   // the last segment may have ended
+    ready_.push_back(index);
+  }
+}
+
+void Lockstep::find_topology(Member& member) const {
+  const auto after = std::upper_bound(segments_.begin(), segments_.end(), member.k, [](Round k, const Segment& s) { return k < s.first; });
+  check(after != segments_.begin(), "every granted round has a topology");
+  member.topology = std::prev(after)->topology;
+  member.topology_until = after == segments_.end() ? kForever : after->first;
+}
+
+Sense Lockstep::sense_of(const Member& member) const {
+  const Graph& graph = member.topology->graph;
+  return {.k = member.k, .dt = dt_, .in_neighbours = graph.in_neighbours(member.id), .out_degree = graph.out_degree(member.id), .y = {}};
+}
+
+/// Gives one message to one member; notes when that was the last one its round waited for.
+void Lockstep::deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload) {
+  if (member.mailbox.post(from, round, payload) != Mailbox::Post::accepted) return;
+  if (round != member.k || !member.emitted || !member.topology->graph.has({from, member.id})) return;
+  if (--member.missing == 0) ready_.push_back(index);
+}
+
+bool Lockstep::receive(const wire::Information& message) {
+  if (index_of(message.sender) >= listeners_.size()) return false;
+  const auto& listeners = listeners_[index_of(message.sender)];
+  for (const std::uint32_t index : listeners) deliver(members_[index], index, message.sender, message.round, message.values);
+  return !listeners.empty();
+}
+
+void Lockstep::emit(std::size_t index) {
+  Member& member = members_[index];
+  if (member.k >= member.topology_until || member.topology_until == 0) find_topology(member);
+  const Sense sense = sense_of(member);
+  member.protocol->emit(sense, member.payload);
+  member.counters.sent += sense.out_degree;
+  member.emitted = true;
+  member.missing = member.mailbox.missing(member.k, sense.in_neighbours);
+  if (member.topology->heard_elsewhere[index]) send_(index, member.k, member.payload);
+  for (const std::uint32_t listener : member.topology->local_listeners[index]) {
+    deliver(members_[listener], listener, member.id, member.k, member.payload);
+  }
+}
+
+void Lockstep::report_state(Member& member) {
+  member.protocol->estimate(member.estimate);
+  for (const double value : member.estimate) {
+    if (!std::isfinite(value)) {
+      throw RunError("agent " + std::to_string(member.id.value) + ", round " + std::to_string(member.k) + ": the estimate of " + protocol_name_ +
+                     " is not finite");
+    }
+  }
+  member.hash.extend(member.estimate);
+  if (member.k % report_interval_ != 0 && member.k != rounds_) return;
+  const LinkCounters links = member.mailbox.counters();
+  member.counters.delivered = links.delivered;
+  member.counters.lost = links.lost;
+  member.report.rounds.push_back(member.k);
+  member.report.estimates.insert(member.report.estimates.end(), member.estimate.begin(), member.estimate.end());
+  member.report.hashes.push_back(member.hash.value());
+  member.report.counters.push_back(member.counters);
+}
+
+void Lockstep::finish_round(Member& member) {
+  const Sense sense = sense_of(member);
+  member.protocol->absorb(sense, member.mailbox.take(member.k, sense.in_neighbours));
+  ++member.k;
+  member.emitted = false;
+  report_state(member);
+  if (member.k == report_at_ && ++reached_report_ == members_.size()) report_due_ = true;
+}
+
+void Lockstep::advance() {
+  while (!ready_.empty()) {
+    const std::uint32_t index = ready_.back();
+    ready_.pop_back();
+    Member& member = members_[index];
+    while (member.k < until_) {
+      if (!member.emitted) emit(index);
+      if (member.missing > 0) break;
+      finish_round(member);
+    }
+  }
+}
+
+std::vector<wire::MemberReport> Lockstep::take_reports() {
+  std::vector<wire::MemberReport> reports;
+  reports.reserve(members_.size());
+  for (Member& member : members_) {
+    wire::MemberReport fresh{.agent = member.id, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};
+    reports.push_back(std::exchange(member.report, std::move(fresh)));
+  }
+  report_due_ = false;
+  return reports;
+}
+
+std::vector<wire::LinkReport> Lockstep::links() const {
+  std::vector<wire::LinkReport> links;
+  for (const Member& member : members_) {
+    for (const AgentId from : member.mailbox.senders()) {
+      const LinkCounters counters = member.mailbox.counters(from);
+      if (counters.delivered + counters.lost > 0) links.push_back({{from, member.id}, counters.delivered, counters.lost});
+    }
+  }
+  return links;
+}
+
+Lockstep::Progress Lockstep::slowest() const {
+  const auto member = std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) { return a.k < b.k; });
+  Progress progress{member->id, member->k, {}};
+  if (!member->emitted) return progress;
+  for (const Neighbour& neighbour : member->topology->graph.in_neighbours(member->id)) {
+    if (!member->mailbox.heard(neighbour.id, member->k)) progress.waiting_for.push_back(neighbour.id);
+  }
+  return progress;
+}
+
+}  // namespace consort

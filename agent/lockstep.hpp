@@ -1,0 +1,95 @@
+#pragma once
+/// The rounds of the agents hosted by one process, in lockstep with their in-neighbours. Knows no transport and no clock: messages and grants
+/// come in by call, messages go out through `Send`. The same rounds as simulate(), in whatever order the messages arrive.
+
+#include "agent/protocol.hpp"
+#include "core/trace.hpp"
+#include "idl/wire.hpp"
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace consort {
+
+class Lockstep {
+ public:
+  /// Hands one message to whatever carries it to other processes. `member` is the index among the members, in assignment order.
+  using Send = std::function<void(std::size_t member, Round round, std::span<const double> payload)>;
+
+  /// Throws ConfigError where a protocol refuses its values. `members` are hosted here; `run` holds what is common.
+  Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send);
+
+  /// Rounds below grant.until may run. Throws RunError if the grant refers to a graph that was never stated.
+  void grant(const wire::Grant& grant);
+  /// Takes a remote agent's message; true if it was new and expected by somebody here.
+  bool receive(const wire::Information& message);
+  /// Runs every round that can run now. Throws RunError naming agent, round and protocol on a non-finite estimate.
+  void advance();
+
+  /// Every member has reached the grant's report point since the reports were last taken.
+  [[nodiscard]] bool report_due() const { return report_due_; }
+  std::vector<wire::MemberReport> take_reports();
+  [[nodiscard]] std::vector<wire::LinkReport> links() const;
+  [[nodiscard]] const Protocol& protocol(std::size_t member) const { return *members_[member].protocol; }
+
+  /// The slowest member: its round, and whom it waits for (empty: for a grant).
+  struct Progress {
+    AgentId agent;
+    Round round = 0;
+    std::vector<AgentId> waiting_for;
+  };
+  [[nodiscard]] Progress slowest() const;
+
+ private:
+  /// A graph with the members that hear each member of this process, so that local messages need no look-up.
+  struct Topology {
+    Graph graph;
+    std::vector<std::vector<std::uint32_t>> local_listeners;   // by member
+    std::vector<bool> heard_elsewhere;                         // by member: somebody in another process hears it
+  };
+  struct Segment {
+    Round first;
+    std::shared_ptr<const Topology> topology;
+  };
+  struct Member {
+    AgentId id;
+    std::unique_ptr<Protocol> protocol;
+    Mailbox mailbox;
+    std::vector<double> payload, estimate;
+    wire::MemberReport report;
+    HistoryHash hash;
+    AgentCounters counters;
+    Round k = 0;
+    bool emitted = false;      // this round's message is out
+    std::size_t missing = 0;   // messages of round k still to come, once emitted
+    std::shared_ptr<const Topology> topology;   // of round k, valid below topology_until
+    Round topology_until = 0;
+  };
+
+  std::shared_ptr<const Topology> topology_from(std::vector<WeightedEdge> edges) const;
+  void find_topology(Member& member) const;
+  [[nodiscard]] Sense sense_of(const Member& member) const;
+  void emit(std::size_t index);
+  void finish_round(Member& member);
+  void report_state(Member& member);
+  void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload);
+
+  std::string protocol_name_;
+  std::uint32_t agents_;
+  Seconds dt_;
+  Round rounds_, report_interval_;
+  Send send_;
+  std::vector<Member> members_;
+  std::vector<std::uint32_t> member_of_;                     // agent index -> member, or kNobody
+  std::vector<std::vector<std::uint32_t>> listeners_;        // agent index -> members that may ever hear it
+  std::vector<std::uint32_t> ready_;                         // members that may be able to go on
+  std::deque<Segment> segments_;
+  std::vector<std::shared_ptr<const Topology>> graphs_;      // by number; the orchestrator reuses numbers
+  Round until_ = 0, report_at_ = 0;
+  std::size_t reached_report_ = 0;                           // members at or beyond report_at_
+  bool report_due_ = false;
+};
+
+}  // namespace consort

@@ -1,0 +1,274 @@
+#include "agent/node.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+
+namespace consort {
+namespace {
+
+std::string host_name() {
+  std::array<char, 64> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+}  // namespace
+
+Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions options)
+    : participant_(participant),
+      options_(std::move(options)),
+      host_(host_name()),
+      presence_(participant),
+      layouts_(participant),
+      telemetry_(participant),
+      assignments_(participant, [this](wire::Assignment&& part) { on_assignment(std::move(part)); }),
+      grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
+      commands_(
+          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {
+  check(!options_.agents.empty() && std::is_sorted(options_.agents.begin(), options_.agents.end()), "a process hosts agents, ascending");
+}
+
+Node::~Node() = default;
+
+template <class Work>
+void Node::guarded(Work&& work) {
+  const Lock lock(mutex_);
+  try {
+    work();
+  } catch (...) {   // must not cross DDS's C code: the main thread rethrows it
+    if (!failure_) failure_ = std::current_exception();
+    wake_.notify_one();
+  }
+}
+
+void Node::on_assignment(wire::Assignment&& part) {
+  guarded([&] {
+    if (part.epoch < newest_epoch_) return;
+    if (part.epoch > newest_epoch_) parts_.clear();
+    newest_epoch_ = part.epoch;
+    const std::uint32_t parts = part.parts;
+    std::erase_if(part.members, [&](const wire::Member& member) {
+      return !std::binary_search(options_.agents.begin(), options_.agents.end(), member.agent);
+    });
+    parts_[part.part] = std::move(part);
+    assigned_ = parts_.size() == parts && epoch_ != newest_epoch_;
+    if (assigned_) wake_.notify_one();
+  });
+}
+
+void Node::on_grant(wire::Grant&& grant) {
+  guarded([&] {
+    if (!lockstep_ || grant.epoch != epoch_ || finish_) return;
+    lockstep_->grant(grant);
+    lockstep_->advance();
+    if (lockstep_->report_due()) wake_.notify_one();
+  });
+}
+
+void Node::on_information(wire::InformationReader::Burst& burst) {
+  guarded([&] {
+    wire::Information message;
+    while (burst.next(message)) {
+      if (lockstep_ && message.epoch == epoch_ && !finish_) lockstep_->receive(message);
+    }
+    if (!lockstep_ || finish_) return;
+    lockstep_->advance();
+    if (lockstep_->report_due()) wake_.notify_one();
+  });
+}
+
+void Node::on_command(wire::Command&& command) {
+  guarded([&] {
+    switch (command.order) {
+      case wire::Order::status: status_asked_ = true; break;
+      case wire::Order::finish: finish_ = finish_ || command.epoch == epoch_; break;
+      case wire::Order::shutdown: shutdown_ = true; break;
+    }
+    wake_.notify_one();
+  });
+}
+
+void Node::on_orchestrator(std::size_t writers) {
+  guarded([&] {
+    orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !options_.launched;
+    orchestrator_writers_ = writers;
+    if (orchestrator_lost_) wake_.notify_one();
+  });
+}
+
+void Node::interrupt() {
+  guarded([&] {
+    interrupted_ = true;
+    wake_.notify_one();
+  });
+}
+
+void Node::run() {
+  Lock lock(mutex_);
+  announce(lock, wire::State::hello);
+  try {
+    serve(lock);
+  } catch (const std::exception& failure) {
+    if (!lock.owns_lock()) lock.lock();
+    announce(lock, wire::State::failed, failure.what());
+    lock.unlock();
+    presence_.wait_for_acknowledgments(2.0);
+    throw;
+  }
+  announce(lock, wire::State::leaving);
+}
+
+void Node::serve(Lock& lock) {
+  while (true) {
+    const auto has_work = [&] {
+      return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
+             (lockstep_ && !finish_ && lockstep_->report_due()) || (lockstep_ && !ready_said_ && met());
+    };
+    wake_.wait(lock, has_work);
+    if (failure_) std::rethrow_exception(failure_);
+    if (shutdown_ || interrupted_) return;
+    if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
+    if (assigned_) begin_run(lock);
+    if (lockstep_ && !ready_said_ && met()) {
+      ready_said_ = true;
+      announce(lock, wire::State::ready);
+    }
+    if (lockstep_ && !finish_ && lockstep_->report_due()) send_reports(lock, false);
+    if (finish_ && !finished_) {
+      finished_ = true;
+      send_reports(lock, true);
+    }
+    if (std::exchange(status_asked_, false)) announce(lock, wire::State::status);
+  }
+}
+
+void Node::begin_run(Lock& lock) {
+  assigned_ = false;
+  epoch_ = newest_epoch_;
+  ready_said_ = finish_ = finished_ = false;
+  members_.clear();
+  for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
+  if (members_.size() != options_.agents.size()) {
+    throw ConfigError("this process hosts " + std::to_string(options_.agents.size()) + " agents, but the run assigns only " +
+                      std::to_string(members_.size()) + " of them; is --id right?");
+  }
+  std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
+  lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_, [this](std::size_t member, Round round, std::span<const double> payload) {
+    if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
+  });
+  meet_neighbours(lock);
+  const std::uint32_t epoch = *epoch_;
+  std::vector<wire::Layouts> layouts;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    const Protocol& protocol = lockstep_->protocol(m);
+    layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout()});
+  }
+  lock.unlock();
+  for (const wire::Layouts& layout : layouts) layouts_.write(layout);
+  lock.lock();
+}
+
+/// Creates the Information endpoints this run needs and earlier runs of the session did not.
+void Node::meet_neighbours(Lock& lock) {
+  outlet_.assign(members_.size(), nullptr);
+  std::vector<AgentId> wanted;
+  std::vector<std::pair<std::size_t, AgentId>> new_writers;
+  const std::uint32_t agents = parts_.begin()->second.agents;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    const wire::Member& member = members_[m];
+    if (member.hears_everyone) {
+      for (std::uint32_t id = 1; id <= agents; ++id) wanted.push_back(AgentId{id});
+    } else {
+      wanted.insert(wanted.end(), member.in_neighbours.begin(), member.in_neighbours.end());
+    }
+    if (member.remote_readers > 0 && !information_.contains(member.agent)) new_writers.emplace_back(m, member.agent);
+  }
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const bool everyone = wanted.size() + options_.agents.size() >= agents && options_.agents.size() < agents;
+  std::erase_if(wanted, [&](AgentId id) {
+    return std::binary_search(options_.agents.begin(), options_.agents.end(), id) ||
+           std::binary_search(heard_remotely_.begin(), heard_remotely_.end(), id);
+  });
+  const std::size_t reader = writers_matched_.size();
+  if (!wanted.empty()) {
+    writers_matched_.push_back(0);
+    heard_remotely_.insert(heard_remotely_.end(), wanted.begin(), wanted.end());
+    std::sort(heard_remotely_.begin(), heard_remotely_.end());
+  }
+  const bool wildcard = everyone && reader == 0 && wanted.size() + options_.agents.size() == agents;
+
+  lock.unlock();   // creating endpoints calls back
+  std::vector<std::pair<AgentId, wire::InformationWriter>> created;
+  for (const auto& [member, agent] : new_writers) {
+    created.emplace_back(agent, wire::InformationWriter(participant_, agent, [this, id = agent](std::size_t n) {
+                           guarded([&] {
+                             readers_of_[id] = n;
+                             wake_.notify_one();
+                           });
+                         }));
+  }
+  std::optional<wire::InformationReader> listening;
+  if (!wanted.empty()) {
+    listening.emplace(participant_, wildcard ? std::vector<AgentId>{} : wanted,
+                      wire::InformationReader::Callbacks{[this](wire::InformationReader::Burst& burst) { on_information(burst); },
+                                                         [this, reader](std::size_t n) {
+                                                           guarded([&] {
+                                                             writers_matched_[reader] = n;
+                                                             wake_.notify_one();
+                                                           });
+                                                         }});
+  }
+  lock.lock();
+  for (auto& [agent, writer] : created) information_.emplace(agent, std::move(writer));
+  if (listening) information_readers_.push_back(std::move(*listening));
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    const auto writer = information_.find(members_[m].agent);
+    if (writer != information_.end()) outlet_[m] = &writer->second;
+  }
+}
+
+bool Node::met() const {
+  std::size_t writers = 0;
+  for (const std::size_t matched : writers_matched_) writers += matched;
+  if (writers < heard_remotely_.size()) return false;
+  return std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
+    const auto readers = readers_of_.find(member.agent);
+    return member.remote_readers == 0 || (readers != readers_of_.end() && readers->second >= member.remote_readers);
+  });
+}
+
+void Node::send_reports(Lock& lock, bool last) {
+  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}};
+  if (last) telemetry.links = lockstep_->links();
+  lock.unlock();
+  telemetry_.write(telemetry);
+  lock.lock();
+}
+
+void Node::announce(Lock& lock, wire::State state, const std::string& note) {
+  wire::Presence presence;
+  presence.process = options_.agents.front().value;
+  presence.epoch = epoch_.value_or(0);
+  presence.state = state;
+  presence.pid = static_cast<std::uint64_t>(getpid());
+  presence.host = host_;
+  presence.agents = options_.agents;
+  presence.note = note;
+  if (lockstep_) {
+    auto slowest = lockstep_->slowest();
+    presence.round = slowest.round;
+    presence.waiting_agent = slowest.agent;
+    presence.waiting_for = std::move(slowest.waiting_for);
+    if (presence.waiting_for.size() > 32) presence.waiting_for.resize(32);
+  }
+  spdlog::info("state {}{}", static_cast<int>(state), note.empty() ? "" : ": " + note);
+  lock.unlock();
+  presence_.write(presence);
+  lock.lock();
+}
+
+}  // namespace consort

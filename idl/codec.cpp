@@ -1,0 +1,444 @@
+#include "idl/codec.hpp"
+
+#include "core/errors.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace consort::wire {
+namespace {
+
+// Bounds beyond those of the IDL's own types; consort.idl states them.
+constexpr std::uint32_t kMaxAgents = 100'000;
+constexpr std::uint32_t kMaxRows = 4096;
+constexpr std::uint32_t kMaxDelay = 65'536;
+constexpr std::uint32_t kMaxValues = 1'000'000;
+constexpr std::uint32_t kMaxParts = 10'000;
+constexpr std::uint32_t kMaxGraphs = 4096;
+
+void require(bool condition, const char* field) {
+  if (!condition) throw Rejected(field);
+}
+
+// --- writing ----------------------------------------------------------------------------------------------------------
+
+template <class Wire>
+Wire* allocate(Arena& arena, std::size_t count) {
+  void* memory = arena.allocate(count * sizeof(Wire) + 1, alignof(std::max_align_t));
+  std::memset(memory, 0, count * sizeof(Wire));
+  return static_cast<Wire*>(memory);
+}
+
+/// A generated sequence over memory that somebody else owns (DDS only reads it while writing).
+template <class Sequence, class Element>
+Sequence borrow(const Element* data, std::size_t count) {
+  Sequence sequence{};
+  sequence._buffer = const_cast<decltype(sequence._buffer)>(data);
+  sequence._length = sequence._maximum = static_cast<std::uint32_t>(count);
+  sequence._release = false;
+  return sequence;
+}
+
+/// A generated sequence in the arena, element by element.
+template <class Sequence, class Range, class Convert>
+Sequence convert_all(const Range& range, Arena& arena, Convert convert) {
+  using Wire = std::remove_pointer_t<decltype(Sequence::_buffer)>;
+  auto* buffer = allocate<Wire>(arena, range.size());
+  std::size_t at = 0;
+  for (const auto& element : range) buffer[at++] = convert(element);
+  return borrow<Sequence>(buffer, range.size());
+}
+
+template <class Sequence>
+Sequence ids(const std::vector<AgentId>& agents, Arena& arena) {
+  return convert_all<Sequence>(agents, arena, [](AgentId agent) { return agent.value; });
+}
+
+template <std::size_t Size>
+void put(char (&field)[Size], std::string_view text, const char* what) {
+  if (text.size() >= Size) throw ConfigError(std::string(what) + " '" + std::string(text) + "' is longer than " + std::to_string(Size - 1) + " characters");
+  std::memcpy(field, text.data(), text.size());
+  field[text.size()] = '\0';
+}
+
+/// Free text may be cut; names may not.
+template <std::size_t Size>
+void put_cut(char (&field)[Size], std::string_view text) {
+  put(field, text.substr(0, Size - 1), "text");
+}
+
+consort_wire_NamedArray named_array(const Values::Entry& entry) {
+  consort_wire_NamedArray out{};
+  put(out.name, entry.name, "the name");
+  out.rows = static_cast<std::uint32_t>(entry.value.rows());
+  out.columns = static_cast<std::uint32_t>(entry.value.cols());
+  out.values = borrow<decltype(out.values)>(entry.value.data(), static_cast<std::size_t>(entry.value.size()));
+  return out;
+}
+
+consort_wire_LinkRule link_rule(std::uint32_t from, const LinkSpec& spec) {
+  consort_wire_LinkRule out{};
+  out.from = from;
+  out.loss_probability = spec.loss_probability;
+  out.delay_rounds = spec.delay_rounds;
+  out.noise_rows = static_cast<std::uint32_t>(spec.noise_covariance.rows());
+  out.noise_columns = static_cast<std::uint32_t>(spec.noise_covariance.cols());
+  out.noise_covariance =
+      borrow<decltype(out.noise_covariance)>(spec.noise_covariance.data(), static_cast<std::size_t>(spec.noise_covariance.size()));
+  return out;
+}
+
+consort_wire_MemberAssignment member_assignment(const Member& member, Arena& arena) {
+  consort_wire_MemberAssignment out{};
+  out.agent = member.agent.value;
+  out.initial = convert_all<decltype(out.initial)>(member.initial.entries(), arena, named_array);
+  out.parameters = convert_all<decltype(out.parameters)>(member.parameters.entries(), arena, named_array);
+  out.hears_everyone = member.hears_everyone;
+  out.in_neighbours = ids<decltype(out.in_neighbours)>(member.in_neighbours, arena);
+  out.remote_readers = member.remote_readers;
+  out.links = convert_all<decltype(out.links)>(member.links.overrides, arena,
+                                               [](const auto& item) { return link_rule(item.first.from.value, item.second); });
+  return out;
+}
+
+consort_wire_Segment segment(const Segment& in, Arena& arena) {
+  consort_wire_Segment out{};
+  out.first = in.first;
+  out.graph = in.graph;
+  out.stated = in.stated.has_value();
+  if (!in.stated) return out;
+  auto* edges = allocate<std::uint32_t>(arena, 2 * in.stated->size());
+  auto* weights = allocate<double>(arena, in.stated->size());
+  bool plain = true;
+  for (std::size_t e = 0; e < in.stated->size(); ++e) {
+    const auto& [edge, weight] = (*in.stated)[e];
+    edges[2 * e] = edge.from.value;
+    edges[2 * e + 1] = edge.to.value;
+    weights[e] = weight;
+    plain = plain && weight == 1.0;
+  }
+  out.edges = borrow<decltype(out.edges)>(edges, 2 * in.stated->size());
+  out.weights = borrow<decltype(out.weights)>(weights, plain ? 0 : in.stated->size());
+  return out;
+}
+
+consort_wire_FieldShape field_shape(const Field& field) {
+  consort_wire_FieldShape out{};
+  put(out.name, field.name, "the field name");
+  out.rows = static_cast<std::uint32_t>(field.rows);
+  out.columns = static_cast<std::uint32_t>(field.cols);
+  return out;
+}
+
+consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena) {
+  consort_wire_MemberReport out{};
+  out.agent = report.agent.value;
+  out.rounds = borrow<decltype(out.rounds)>(report.rounds.data(), report.rounds.size());
+  out.estimates = borrow<decltype(out.estimates)>(report.estimates.data(), report.estimates.size());
+  out.hashes = borrow<decltype(out.hashes)>(report.hashes.data(), report.hashes.size());
+  auto* counters = allocate<std::uint64_t>(arena, 3 * report.counters.size());
+  for (std::size_t r = 0; r < report.counters.size(); ++r) {
+    counters[3 * r] = report.counters[r].sent;
+    counters[3 * r + 1] = report.counters[r].delivered;
+    counters[3 * r + 2] = report.counters[r].lost;
+  }
+  out.counters = borrow<decltype(out.counters)>(counters, 3 * report.counters.size());
+  return out;
+}
+
+// --- reading ----------------------------------------------------------------------------------------------------------
+
+template <class Sequence>
+auto view(const Sequence& sequence) {
+  return std::span(static_cast<const std::remove_pointer_t<decltype(sequence._buffer)>*>(sequence._buffer), sequence._length);
+}
+
+bool all_finite(std::span<const double> values) {
+  // x - x is 0 for every finite x and NaN otherwise: one vectorisable sum instead of a branch per value.
+  double sum = 0.0;
+  for (const double value : values) sum += value - value;
+  return sum == 0.0;
+}
+
+template <std::size_t Size>
+std::string text(const char (&field)[Size]) {
+  return std::string(field, strnlen(field, Size));
+}
+
+AgentId agent_id(std::uint32_t value, const char* field) {
+  require(value >= 1 && value <= kMaxAgents, field);
+  return AgentId{value};
+}
+
+template <class Sequence>
+std::vector<AgentId> agent_ids(const Sequence& sequence, const char* field) {
+  std::vector<AgentId> out;
+  out.reserve(sequence._length);
+  for (const std::uint32_t value : view(sequence)) {
+    out.push_back(agent_id(value, field));
+    require(out.size() < 2 || out[out.size() - 2] < out.back(), field);   // ascending
+  }
+  return out;
+}
+
+Matrix matrix(std::uint32_t rows, std::uint32_t columns, std::span<const double> values, const char* field) {
+  require(rows <= kMaxRows && columns <= kMaxRows && std::uint64_t{rows} * columns == values.size() && all_finite(values), field);
+  return Eigen::Map<const Matrix>(values.data(), rows, columns);
+}
+
+template <class Sequence>
+Values named_arrays(const Sequence& sequence, const char* field) {
+  Values out;
+  for (const auto& entry : view(sequence)) {
+    const std::string name = text(entry.name);
+    require(!name.empty() && !out.has(name) && entry.rows > 0 && entry.columns > 0, field);
+    out.set(name, matrix(entry.rows, entry.columns, view(entry.values), field));
+  }
+  return out;
+}
+
+LinkSpec link_spec(const consort_wire_LinkRule& rule) {
+  require(rule.loss_probability >= 0.0 && rule.loss_probability <= 1.0, "loss_probability");
+  require(rule.delay_rounds <= kMaxDelay, "delay_rounds");
+  LinkSpec out;
+  out.loss_probability = rule.loss_probability;
+  out.delay_rounds = rule.delay_rounds;
+  out.noise_covariance = matrix(rule.noise_rows, rule.noise_columns, view(rule.noise_covariance), "noise_covariance");
+  return out;
+}
+
+Member member(const consort_wire_MemberAssignment& in) {
+  Member out;
+  out.agent = agent_id(in.agent, "member.agent");
+  out.initial = named_arrays(in.initial, "member.initial");
+  out.parameters = named_arrays(in.parameters, "member.parameters");
+  out.hears_everyone = in.hears_everyone;
+  out.in_neighbours = agent_ids(in.in_neighbours, "member.in_neighbours");
+  require(!out.hears_everyone || out.in_neighbours.empty(), "member.in_neighbours");
+  require(in.remote_readers <= kMaxAgents, "member.remote_readers");
+  out.remote_readers = in.remote_readers;
+  for (const auto& rule : view(in.links)) out.links.overrides[{agent_id(rule.from, "link.from"), out.agent}] = link_spec(rule);
+  return out;
+}
+
+Segment segment(const consort_wire_Segment& in) {
+  Segment out{in.first, in.graph, {}};
+  const auto edges = view(in.edges);
+  const auto weights = view(in.weights);
+  require(in.graph < kMaxGraphs, "segment.graph");
+  require(in.stated || edges.empty(), "segment.stated");
+  if (!in.stated) return out;
+  require(edges.size() % 2 == 0 && (weights.empty() || weights.size() == edges.size() / 2), "segment.edges");
+  out.stated.emplace();
+  out.stated->reserve(edges.size() / 2);
+  for (std::size_t e = 0; e < edges.size() / 2; ++e) {
+    const Edge edge{agent_id(edges[2 * e], "segment.edges"), agent_id(edges[2 * e + 1], "segment.edges")};
+    const double weight = weights.empty() ? 1.0 : weights[e];
+    require(edge.from != edge.to && weight > 0.0 && std::isfinite(weight), "segment.weights");
+    out.stated->push_back({edge, weight});
+  }
+  return out;
+}
+
+template <class Sequence>
+consort::Layout layout(const Sequence& sequence, const char* field) {
+  consort::Layout out;
+  std::uint64_t total = 0;
+  for (const auto& shape : view(sequence)) {
+    require(shape.rows <= kMaxRows && shape.columns <= kMaxRows, field);
+    out.fields.push_back({text(shape.name), shape.rows, shape.columns});
+    total += std::uint64_t{shape.rows} * shape.columns;
+    require(total <= kMaxValues && !out.fields.back().name.empty(), field);
+  }
+  return out;
+}
+
+MemberReport member_report(const consort_wire_MemberReport& in) {
+  MemberReport out;
+  out.agent = agent_id(in.agent, "report.agent");
+  const auto rounds = view(in.rounds);
+  const auto estimates = view(in.estimates);
+  const auto hashes = view(in.hashes);
+  const auto counters = view(in.counters);
+  require(hashes.size() == rounds.size() && counters.size() == 3 * rounds.size(), "report.hashes");
+  require(rounds.empty() ? estimates.empty() : estimates.size() % rounds.size() == 0, "report.estimates");
+  require(all_finite(estimates), "report.estimates");
+  for (std::size_t r = 1; r < rounds.size(); ++r) require(rounds[r - 1] < rounds[r], "report.rounds");
+  out.rounds.assign(rounds.begin(), rounds.end());
+  out.estimates.assign(estimates.begin(), estimates.end());
+  out.hashes.assign(hashes.begin(), hashes.end());
+  for (std::size_t r = 0; r < rounds.size(); ++r) out.counters.push_back({counters[3 * r], counters[3 * r + 1], counters[3 * r + 2]});
+  return out;
+}
+
+}  // namespace
+
+consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
+  consort_wire_Assignment out{};
+  out.part = in.part;
+  out.parts = in.parts;
+  out.epoch = in.epoch;
+  out.seed = in.seed.value;
+  put(out.protocol, in.protocol, "the protocol's name");
+  out.agents = in.agents;
+  out.dt = in.dt;
+  out.rounds = in.rounds;
+  out.report_interval = in.report_interval;
+  out.window = in.window;
+  out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
+  out.standard_link = link_rule(0, in.standard_link);
+  out.members =
+      convert_all<decltype(out.members)>(in.members, arena, [&](const Member& member) { return member_assignment(member, arena); });
+  return out;
+}
+
+Assignment decode(const consort_wire_Assignment& in) {
+  Assignment out;
+  require(in.parts >= 1 && in.parts <= kMaxParts && in.part < in.parts, "part");
+  require(in.agents >= 1 && in.agents <= kMaxAgents, "agents");
+  require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
+  require(in.report_interval >= 1 && in.window >= 1, "report_interval");
+  out.part = in.part;
+  out.parts = in.parts;
+  out.epoch = in.epoch;
+  out.seed = Seed{in.seed};
+  out.protocol = text(in.protocol);
+  out.agents = in.agents;
+  out.dt = in.dt;
+  out.rounds = in.rounds;
+  out.report_interval = in.report_interval;
+  out.window = in.window;
+  out.parameters = named_arrays(in.parameters, "parameters");
+  out.standard_link = link_spec(in.standard_link);
+  out.members.reserve(in.members._length);
+  for (const auto& entry : view(in.members)) {
+    out.members.push_back(member(entry));
+    const auto& added = out.members.back();
+    require(added.agent.value <= in.agents && (added.in_neighbours.empty() || added.in_neighbours.back().value <= in.agents), "member.agent");
+  }
+  return out;
+}
+
+consort_wire_Grant encode(const Grant& in, Arena& arena) {
+  consort_wire_Grant out{};
+  out.epoch = in.epoch;
+  out.until = in.until;
+  out.report_at = in.report_at;
+  out.segments = convert_all<decltype(out.segments)>(in.segments, arena, [&](const Segment& part) { return segment(part, arena); });
+  return out;
+}
+
+Grant decode(const consort_wire_Grant& in) {
+  Grant out{in.epoch, in.until, in.report_at, {}};
+  require(in.report_at <= in.until, "report_at");
+  for (const auto& part : view(in.segments)) {
+    out.segments.push_back(segment(part));
+    require(out.segments.size() < 2 || out.segments[out.segments.size() - 2].first < part.first, "segment.first");
+  }
+  return out;
+}
+
+consort_wire_Command encode(const Command& in, Arena&) {
+  consort_wire_Command out{};
+  out.epoch = in.epoch;
+  out.kind = static_cast<std::uint8_t>(in.order);
+  return out;
+}
+
+Command decode(const consort_wire_Command& in) {
+  require(in.kind <= static_cast<std::uint8_t>(Order::shutdown), "kind");
+  return {in.epoch, static_cast<Order>(in.kind)};
+}
+
+consort_wire_Layout encode(const Layouts& in, Arena& arena) {
+  consort_wire_Layout out{};
+  out.agent = in.agent.value;
+  out.epoch = in.epoch;
+  out.message = convert_all<decltype(out.message)>(in.message.fields, arena, field_shape);
+  out.estimate = convert_all<decltype(out.estimate)>(in.estimate.fields, arena, field_shape);
+  out.noise_offset = static_cast<std::uint32_t>(in.message.noise_offset);
+  out.noise_size = static_cast<std::uint32_t>(in.message.noise_size);
+  return out;
+}
+
+Layouts decode(const consort_wire_Layout& in) {
+  Layouts out{agent_id(in.agent, "agent"), in.epoch, layout(in.message, "message"), layout(in.estimate, "estimate")};
+  require(std::uint64_t{in.noise_offset} + in.noise_size <= out.message.size(), "noise_size");
+  out.message.noise_offset = in.noise_offset;
+  out.message.noise_size = in.noise_size;
+  return out;
+}
+
+consort_wire_Presence encode(const Presence& in, Arena& arena) {
+  consort_wire_Presence out{};
+  out.process = in.process;
+  out.epoch = in.epoch;
+  out.state = static_cast<std::uint8_t>(in.state);
+  out.pid = in.pid;
+  put_cut(out.host, in.host);
+  out.agents = ids<decltype(out.agents)>(in.agents, arena);
+  out.round = in.round;
+  out.waiting_agent = in.waiting_agent.value;
+  out.waiting_for = ids<decltype(out.waiting_for)>(in.waiting_for, arena);
+  put_cut(out.note, in.note);
+  return out;
+}
+
+Presence decode(const consort_wire_Presence& in) {
+  Presence out;
+  require(in.state <= static_cast<std::uint8_t>(State::leaving), "state");
+  require(in.waiting_agent <= kMaxAgents, "waiting_agent");
+  out.process = agent_id(in.process, "process").value;
+  out.epoch = in.epoch;
+  out.state = static_cast<State>(in.state);
+  out.pid = in.pid;
+  out.host = text(in.host);
+  out.agents = agent_ids(in.agents, "agents");
+  out.round = in.round;
+  out.waiting_agent = AgentId{in.waiting_agent};
+  out.waiting_for = agent_ids(in.waiting_for, "waiting_for");
+  out.note = text(in.note);
+  return out;
+}
+
+consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
+  consort_wire_Telemetry out{};
+  out.process = in.process;
+  out.epoch = in.epoch;
+  out.last = in.last;
+  out.members =
+      convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
+  out.links = convert_all<decltype(out.links)>(in.links, arena, [](const LinkReport& link) {
+    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost};
+  });
+  return out;
+}
+
+Telemetry decode(const consort_wire_Telemetry& in) {
+  Telemetry out;
+  out.process = agent_id(in.process, "process").value;
+  out.epoch = in.epoch;
+  out.last = in.last;
+  for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
+  for (const auto& link : view(in.links)) {
+    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")}, link.delivered, link.lost});
+  }
+  return out;
+}
+
+consort_wire_Information encode(const Information& in) {
+  consort_wire_Information out{};
+  out.epoch = in.epoch;
+  out.sender = in.sender.value;
+  out.round = in.round;
+  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
+  return out;
+}
+
+Information decode(const consort_wire_Information& in) {
+  const auto values = view(in.values);
+  require(values.size() <= kMaxValues && all_finite(values), "values");
+  return {in.epoch, agent_id(in.sender, "sender"), in.round, values};
+}
+
+}  // namespace consort::wire

@@ -1,0 +1,265 @@
+#include "idl/wire.hpp"
+
+#include "idl/codec.hpp"
+
+#include <atomic>
+
+DDS_TOPIC_TYPE(consort_wire_Assignment);
+DDS_TOPIC_TYPE(consort_wire_Grant);
+DDS_TOPIC_TYPE(consort_wire_Command);
+DDS_TOPIC_TYPE(consort_wire_Information);
+DDS_TOPIC_TYPE(consort_wire_Layout);
+DDS_TOPIC_TYPE(consort_wire_Presence);
+DDS_TOPIC_TYPE(consort_wire_Telemetry);
+
+namespace consort::wire {
+namespace {
+
+using dds::core::Duration;
+using dds::core::policy::Durability;
+using dds::core::policy::DurabilityService;
+using dds::core::policy::History;
+using dds::core::policy::IgnoreLocal;
+using dds::core::policy::Partition;
+using dds::core::policy::Reliability;
+
+/// What a topic is called, how it is typed, and whether late readers get what was last written. Everything is reliable and keep-all: nothing
+/// that steers or records a run may be lost. The high watermark of dds::configuration keeps writes from blocking.
+template <class T>
+struct TopicOf;
+template <>
+struct TopicOf<Assignment> {
+  using Wire = consort_wire_Assignment;
+  static constexpr const char* name = "consort_assignment";
+  static constexpr bool for_late_readers = true;
+};
+template <>
+struct TopicOf<Grant> {
+  using Wire = consort_wire_Grant;
+  static constexpr const char* name = "consort_grant";
+  static constexpr bool for_late_readers = false;
+};
+template <>
+struct TopicOf<Command> {
+  using Wire = consort_wire_Command;
+  static constexpr const char* name = "consort_command";
+  static constexpr bool for_late_readers = false;
+};
+template <>
+struct TopicOf<Layouts> {
+  using Wire = consort_wire_Layout;
+  static constexpr const char* name = "consort_layout";
+  static constexpr bool for_late_readers = true;
+};
+template <>
+struct TopicOf<Presence> {
+  using Wire = consort_wire_Presence;
+  static constexpr const char* name = "consort_presence";
+  static constexpr bool for_late_readers = true;
+};
+template <>
+struct TopicOf<Telemetry> {
+  using Wire = consort_wire_Telemetry;
+  static constexpr const char* name = "consort_telemetry";
+  static constexpr bool for_late_readers = false;
+};
+constexpr const char* kInformationTopic = "consort_information";
+
+constexpr Duration kWriteLimit = Duration::from_millisecs(10'000);   // reached only if the high watermark is: then it is an error, not a wait
+
+template <class Qos>
+Qos steering_qos(bool for_late_readers) {
+  Qos qos;
+  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll();
+  if (for_late_readers) qos << Durability::TransientLocal() << DurabilityService{};
+  return qos;
+}
+
+/// Only what another participant sends: a process hands messages to its own agents by direct call.
+template <class Qos>
+Qos information_qos() {
+  Qos qos;
+  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << IgnoreLocal::Participant();
+  return qos;
+}
+
+std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.value); }
+
+}  // namespace
+
+// --- the steering topics ----------------------------------------------------------------------------------------------
+
+template <class T>
+struct Writer<T>::Impl {
+  using Wire = typename TopicOf<T>::Wire;
+  explicit Impl(const dds::domain::DomainParticipant& participant)
+      : writer(dds::pub::Publisher(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+               steering_qos<dds::pub::qos::DataWriterQos>(TopicOf<T>::for_late_readers)) {}
+  dds::pub::DataWriter<Wire> writer;
+};
+
+template <class T>
+Writer<T>::Writer(const dds::domain::DomainParticipant& participant) : impl_(std::make_unique<Impl>(participant)) {}
+template <class T>
+Writer<T>::~Writer() = default;
+template <class T>
+Writer<T>::Writer(Writer&&) noexcept = default;
+
+template <class T>
+void Writer<T>::write(const T& value) {
+  Arena arena;
+  impl_->writer.write(encode(value, arena));
+}
+
+template <class T>
+bool Writer<T>::wait_for_acknowledgments(double seconds) {
+  return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
+}
+
+template <class T>
+struct Reader<T>::Impl {
+  using Wire = typename TopicOf<T>::Wire;
+  Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
+      : reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<T>::for_late_readers), listener(std::move(on_data), std::move(on_matched))) {}
+
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
+    dds::sub::DataReaderListener<Wire> result;
+    result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
+      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
+        for (const auto& sample : samples) read(sample.data(), on_data);
+      }
+    };
+    if (on_matched) {
+      result.on_subscription_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) { on_matched(status.current_count()); };
+    }
+    return result;
+  }
+
+  void read(const Wire& sample, const std::function<void(T&&)>& on_data) {
+    try {
+      on_data(decode(sample));
+    } catch (const Rejected&) {
+      rejected.fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+
+  std::atomic<std::uint64_t> rejected{0};
+  dds::sub::DataReader<Wire> reader;
+};
+
+template <class T>
+Reader<T>::Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
+    : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_matched))) {}
+template <class T>
+Reader<T>::~Reader() = default;
+template <class T>
+Reader<T>::Reader(Reader&&) noexcept = default;
+template <class T>
+std::uint64_t Reader<T>::rejected() const {
+  return impl_->rejected.load(std::memory_order_relaxed);
+}
+
+template class Writer<Assignment>;
+template class Writer<Grant>;
+template class Writer<Command>;
+template class Writer<Layouts>;
+template class Writer<Presence>;
+template class Writer<Telemetry>;
+template class Reader<Assignment>;
+template class Reader<Grant>;
+template class Reader<Command>;
+template class Reader<Layouts>;
+template class Reader<Presence>;
+template class Reader<Telemetry>;
+
+// --- information ------------------------------------------------------------------------------------------------------
+
+struct InformationWriter::Impl {
+  using Wire = consort_wire_Information;
+  Impl(const dds::domain::DomainParticipant& participant, AgentId sender, std::function<void(std::size_t)> on_matched)
+      : agent(sender),
+        writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
+               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(),
+               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) { on_matched(status.current_count()); }}) {}
+  AgentId agent;
+  dds::pub::DataWriter<Wire> writer;
+};
+
+InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched)
+    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched))) {}
+InformationWriter::~InformationWriter() = default;
+InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
+
+void InformationWriter::write(std::uint32_t epoch, Round round, std::span<const double> values) {
+  impl_->writer.write(encode(Information{epoch, impl_->agent, round, values}));
+}
+
+struct InformationReader::Burst::Impl {
+  using Wire = consort_wire_Information;
+  static constexpr std::size_t kBatch = 32;
+
+  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks)
+      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
+               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::sub::qos::DataReaderQos>(),
+               listener(std::move(callbacks))) {}
+
+  static Partition partitions(std::span<const AgentId> senders) {
+    std::vector<std::string> names;
+    for (const AgentId sender : senders) names.push_back(partition_of(sender));
+    if (names.empty()) names.emplace_back("agent*");
+    return Partition(names);
+  }
+
+  dds::sub::DataReaderListener<Wire> listener(Callbacks callbacks) {
+    dds::sub::DataReaderListener<Wire> result;
+    result.on_data_available = [this, on_burst = std::move(callbacks.on_burst)](dds::sub::DataReader<Wire>& from) {
+      source = &from;
+      source->take_into(batch);
+      next = batch.begin();
+      Burst burst(*this);
+      on_burst(burst);
+    };
+    result.on_subscription_matched = [on_matched = std::move(callbacks.on_matched)](auto&, const auto& status) {
+      on_matched(status.current_count());
+    };
+    return result;
+  }
+
+  std::atomic<std::uint64_t> rejected{0};
+  dds::sub::SampleBatch<Wire, kBatch> batch;
+  dds::sub::SampleBatch<Wire, kBatch>::iterator next = batch.end();
+  dds::sub::DataReader<Wire>* source = nullptr;   // set while a burst is being read
+  dds::sub::DataReader<Wire> reader;
+};
+
+bool InformationReader::Burst::next(Information& message) {
+  while (true) {
+    if (impl_.next == impl_.batch.end()) {
+      if (!impl_.batch.full()) return false;
+      impl_.source->take_into(impl_.batch);
+      impl_.next = impl_.batch.begin();
+      continue;
+    }
+    const auto sample = *impl_.next;
+    ++impl_.next;
+    try {
+      message = decode(sample.data());
+      return true;
+    } catch (const Rejected&) {
+      impl_.rejected.fetch_add(1, std::memory_order_relaxed);
+    }
+  }
+}
+
+struct InformationReader::Impl : Burst::Impl {
+  using Burst::Impl::Impl;
+};
+
+InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks)
+    : impl_(std::make_unique<Impl>(participant, senders, std::move(callbacks))) {}
+InformationReader::~InformationReader() = default;
+InformationReader::InformationReader(InformationReader&&) noexcept = default;
+std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
+
+}  // namespace consort::wire

@@ -1,0 +1,179 @@
+#pragma once
+/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated;
+/// what breaks a bound of consort.idl is dropped, counted and named (`rejected()`), never passed on.
+
+#include "core/experiment.hpp"
+#include "core/trace.hpp"
+
+#include <dds/dds.hpp>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace consort::wire {
+
+/// What one agent is told at the start of a run.
+struct Member {
+  AgentId agent;
+  Values initial;
+  Values parameters;                  ///< on top of the common ones
+  bool hears_everyone = false;        ///< every other agent may be an in-neighbour
+  std::vector<AgentId> in_neighbours; ///< else: everyone who may ever be one, ascending
+  std::uint32_t remote_readers = 0;   ///< processes other than its own in which somebody may hear it
+  LinkModel links;                    ///< only `overrides` travels: exceptions among its in-links
+};
+
+/// One part of a run's assignment; part p of `parts` holds some of the members.
+struct Assignment {
+  std::uint32_t part = 0, parts = 1, epoch = 0;
+  Seed seed;
+  std::string protocol;
+  std::uint32_t agents = 0;
+  Seconds dt = 1.0;
+  Round rounds = 0, report_interval = 1, window = 1;
+  Values parameters;
+  LinkSpec standard_link;
+  std::vector<Member> members;
+};
+
+struct Segment {
+  Round first = 0;
+  std::uint32_t graph = 0;
+  std::optional<std::vector<WeightedEdge>> stated;
+};
+
+struct Grant {
+  std::uint32_t epoch = 0;
+  Round until = 0, report_at = 0;
+  std::vector<Segment> segments;
+};
+
+enum class Order : std::uint8_t { status, finish, shutdown };
+struct Command {
+  std::uint32_t epoch = 0;
+  Order order = Order::status;
+};
+
+/// A view: `values` is valid during the call it is handed to.
+struct Information {
+  std::uint32_t epoch = 0;
+  AgentId sender;
+  Round round = 0;
+  std::span<const double> values;
+};
+
+struct Layouts {
+  AgentId agent;
+  std::uint32_t epoch = 0;
+  Layout message, estimate;
+};
+
+enum class State : std::uint8_t { hello, ready, status, failed, leaving };
+struct Presence {
+  std::uint32_t process = 0, epoch = 0;
+  State state = State::hello;
+  std::uint64_t pid = 0;
+  std::string host;
+  std::vector<AgentId> agents;
+  Round round = 0;
+  AgentId waiting_agent;
+  std::vector<AgentId> waiting_for;
+  std::string note;
+};
+
+struct MemberReport {
+  AgentId agent;
+  std::vector<Round> rounds;
+  std::vector<double> estimates;
+  std::vector<std::uint64_t> hashes;
+  std::vector<AgentCounters> counters;
+};
+struct LinkReport {
+  Edge edge;
+  std::uint64_t delivered = 0, lost = 0;
+};
+struct Telemetry {
+  std::uint32_t process = 0, epoch = 0;
+  bool last = false;
+  std::vector<MemberReport> members;
+  std::vector<LinkReport> links;
+};
+
+/// Writes one topic with the QoS that topic has. T: Assignment, Grant, Command, Layouts, Presence, Telemetry.
+/// write() throws dds::core::Error, and ConfigError if a text or number does not fit the wire.
+template <class T>
+class Writer {
+ public:
+  explicit Writer(const dds::domain::DomainParticipant& participant);
+  ~Writer();
+  Writer(Writer&&) noexcept;
+  void write(const T& value);
+  /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
+  bool wait_for_acknowledgments(double seconds);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers are matched.
+template <class T>
+class Reader {
+ public:
+  Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched = {});
+  ~Reader();
+  Reader(Reader&&) noexcept;
+  [[nodiscard]] std::uint64_t rejected() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// One agent's Information, in that agent's partition. `on_matched(n)`: now n readers (processes) are matched.
+class InformationWriter {
+ public:
+  InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched);
+  ~InformationWriter();
+  InformationWriter(InformationWriter&&) noexcept;
+  void write(std::uint32_t epoch, Round round, std::span<const double> values);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The Information of some agents (of all, if `senders` is empty), handed over in bursts on a receive thread. No allocation in steady state.
+class InformationReader {
+ public:
+  /// The samples that are here now; to be drained before the callback returns.
+  class Burst {
+   public:
+    /// Fills `message` (valid until the next call); false when there is no more. Invalid samples are skipped and counted.
+    bool next(Information& message);
+
+   private:
+    friend class InformationReader;
+    struct Impl;
+    explicit Burst(Impl& impl) : impl_(impl) {}
+    Impl& impl_;
+  };
+  struct Callbacks {
+    std::function<void(Burst&)> on_burst;
+    std::function<void(std::size_t)> on_matched;   ///< now n writers (agents) are matched
+  };
+  InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks);
+  ~InformationReader();
+  InformationReader(InformationReader&&) noexcept;
+  [[nodiscard]] std::uint64_t rejected() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace consort::wire

@@ -1,0 +1,183 @@
+#include "orchestrator/launch.hpp"
+
+#include "core/errors.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <deque>
+#include <fstream>
+
+namespace consort {
+namespace {
+
+constexpr std::size_t kTailLines = 12;
+constexpr double kGraceSeconds = 1.0;
+
+std::string tail_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::deque<std::string> lines;
+  for (std::string line; std::getline(in, line);) {
+    lines.push_back(line);
+    if (lines.size() > kTailLines) lines.pop_front();
+  }
+  std::string tail;
+  for (const std::string& line : lines) tail += "    " + line + "\n";
+  return tail;
+}
+
+const char* signal_name(int signal) {
+  const char* name = sigabbrev_np(signal);
+  return name ? name : "?";
+}
+
+void pause_ms(int milliseconds) { poll(nullptr, 0, milliseconds); }
+
+}  // namespace
+
+std::string Death::text() const {
+  std::string out = name + " (pid " + std::to_string(pid) + ") ";
+  out += signal ? "was killed by signal " + std::to_string(signal) + " (SIG" + signal_name(signal) + ")"
+                : "exited with code " + std::to_string(exit_code);
+  return out + (log_tail.empty() ? "; its log is empty" : "; the last lines of its log:\n" + log_tail);
+}
+
+void Children::start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments) {
+  const std::string program = executable.string(), log = (log_directory_ / (name + ".log")).string();
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  if (access(program.c_str(), X_OK) != 0) throw RunError("cannot start " + program + ": " + std::strerror(errno));
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid < 0) throw RunError("cannot start " + name + ": fork: " + std::strerror(errno) + "; `consort doctor` checks the limits");
+  if (pid == 0) {   // only async-signal-safe calls from here on
+    setpgid(0, group_);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) _exit(127);
+    sigset_t none;
+    sigemptyset(&none);
+    sigprocmask(SIG_SETMASK, &none, nullptr);
+    const int out = open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+    const int in = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (out < 0 || in < 0 || dup2(in, 0) < 0 || dup2(out, 1) < 0 || dup2(out, 2) < 0) _exit(126);
+    execv(program.c_str(), argv.data());
+    _exit(127);
+  }
+  if (group_ == 0) group_ = pid;
+  setpgid(pid, group_);   // on both sides: whoever comes first
+  children_.push_back({name, pid});
+  ++alive_;
+}
+
+std::optional<Death> Children::next_death() {
+  if (alive_ == 0) return std::nullopt;
+  int status = 0;
+  const pid_t pid = waitpid(-group_, &status, WNOHANG);
+  if (pid <= 0) return std::nullopt;
+  const auto child = std::find_if(children_.begin(), children_.end(), [&](const Child& c) { return c.pid == pid; });
+  if (child == children_.end()) return std::nullopt;
+  child->ended = true;
+  --alive_;
+  return Death{.name = child->name,
+               .pid = pid,
+               .signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0,
+               .exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 0,
+               .log_tail = tail_of(log_directory_ / (child->name + ".log"))};
+}
+
+bool Children::wait_all(double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (alive_ > 0 && std::chrono::steady_clock::now() < end) {
+    if (!next_death()) pause_ms(2);
+  }
+  return alive_ == 0;
+}
+
+void Children::signal_all(int signal) const {
+  for (const Child& child : children_) {
+    if (!child.ended) kill(child.pid, signal);
+  }
+}
+
+Children::~Children() {
+  if (alive_ == 0) return;
+  signal_all(SIGTERM);
+  if (wait_all(kGraceSeconds)) return;
+  signal_all(SIGKILL);
+  for (Child& child : children_) {
+    if (!child.ended) waitpid(child.pid, nullptr, 0);
+  }
+}
+
+// --- ports ------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr std::uint16_t kFirstPort = 10'240;   // below are well-known services, from 32768 on the kernel's own ephemeral ports
+constexpr std::size_t kUnit = 256;             // ports one lock file stands for
+constexpr std::size_t kUnits = (32'768 - kFirstPort) / kUnit;
+constexpr const char* kLockDirectory = "/tmp/consort-ports";
+
+bool port_is_free(std::uint16_t port) {
+  const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (socket_fd < 0) return false;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_ANY);
+  const bool is_free = bind(socket_fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  close(socket_fd);
+  return is_free;
+}
+
+}  // namespace
+
+bool PortBlock::reserve(std::size_t unit, std::size_t units, std::size_t ports) {
+  for (std::size_t u = unit; u < unit + units; ++u) {
+    const std::string file = std::string(kLockDirectory) + "/" + std::to_string(kFirstPort + u * kUnit);
+    const int lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (lock < 0) return false;
+    locks_.push_back(lock);
+    if (flock(lock, LOCK_EX | LOCK_NB) != 0) return false;
+  }
+  first_ = static_cast<std::uint16_t>(kFirstPort + unit * kUnit);
+  for (std::size_t p = 0; p < ports; ++p) {
+    if (!port_is_free(static_cast<std::uint16_t>(first_ + p))) return false;
+  }
+  return true;
+}
+
+void PortBlock::release() {
+  for (const int lock : locks_) close(lock);   // closing gives the lock back; the file stays, an unlink would race with another's open
+  locks_.clear();
+}
+
+PortBlock::PortBlock(std::size_t ports) {
+  mkdir(kLockDirectory, 0777);
+  chmod(kLockDirectory, 01777);
+  const std::size_t units = (ports + kUnit - 1) / kUnit;
+  for (std::size_t unit = 0; unit + units <= kUnits; ++unit) {
+    if (reserve(unit, units, ports)) return;
+    release();
+  }
+  throw RunError("no block of " + std::to_string(ports) + " free UDP ports between " + std::to_string(kFirstPort) +
+                 " and 32767; other runs may hold them (lock files in " + kLockDirectory + "), or set `discovery: multicast`");
+}
+
+PortBlock::~PortBlock() { release(); }
+
+}  // namespace consort

@@ -1,0 +1,70 @@
+#pragma once
+/// Child processes: started with a log of their own, watched, and never left behind.
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace consort {
+
+/// How one child ended.
+struct Death {
+  std::string name;           ///< as given to start()
+  pid_t pid = 0;
+  int signal = 0;             ///< 0: it exited
+  int exit_code = 0;
+  std::string log_tail;       ///< last lines of its log
+  [[nodiscard]] std::string text() const;   ///< one paragraph for a person
+};
+
+class Children {
+ public:
+  explicit Children(std::filesystem::path log_directory) : log_directory_(std::move(log_directory)) {}
+  ~Children();   ///< ends whoever is left: SIGTERM, then SIGKILL after a second
+  Children(const Children&) = delete;
+  Children& operator=(const Children&) = delete;
+
+  /// Starts `executable arguments...` with stdout and stderr in <log directory>/<name>.log. The child dies with the calling thread's process.
+  /// Throws RunError naming the executable and the reason.
+  void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments);
+
+  std::optional<Death> next_death();             ///< somebody who ended since the last call; never blocks
+  [[nodiscard]] std::size_t alive() const { return alive_; }
+  /// Waits until all have ended by themselves or `seconds` have passed; true if all have.
+  bool wait_all(double seconds);
+
+ private:
+  struct Child {
+    std::string name;
+    pid_t pid;
+    bool ended = false;
+  };
+  void signal_all(int signal) const;
+  std::filesystem::path log_directory_;
+  std::vector<Child> children_;
+  std::size_t alive_ = 0;
+  pid_t group_ = 0;
+};
+
+/// A block of UDP ports nobody else uses, reserved as long as the object lives (advisory lock files keep concurrent runs apart).
+class PortBlock {
+ public:
+  /// Throws RunError saying how many ports were wanted and where it looked.
+  explicit PortBlock(std::size_t ports);
+  ~PortBlock();
+  PortBlock(const PortBlock&) = delete;
+  PortBlock& operator=(const PortBlock&) = delete;
+  [[nodiscard]] std::uint16_t first() const { return first_; }
+
+ private:
+  bool reserve(std::size_t unit, std::size_t units, std::size_t ports);
+  void release();
+  std::vector<int> locks_;
+  std::uint16_t first_ = 0;
+};
+
+}  // namespace consort

@@ -1,0 +1,180 @@
+#include "orchestrator/run.hpp"
+
+#include "core/errors.hpp"
+#include "idl/wire.hpp"
+#include "orchestrator/collector.hpp"
+#include "orchestrator/launch.hpp"
+#include "orchestrator/placement.hpp"
+#include "orchestrator/session.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace consort {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+constexpr double kFirstGrantRounds = 64;    // before the speed is known
+constexpr double kGrantSeconds = 0.25;      // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
+constexpr Round kLargestHalf = 16'384;
+constexpr double kStallSeconds = 5.0;       // silence after which the agents are asked whom they wait for
+
+Round round_up(double rounds, Round multiple) {
+  const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalf)));
+  return (wanted + multiple - 1) / multiple * multiple;
+}
+
+/// States each graph once, then refers to it by number; numbers are reused in turn, so a schedule without end does not pile up.
+class GraphNumbers {
+ public:
+  wire::Segment segment(Round first, const std::shared_ptr<const Graph>& graph) {
+    const auto known = std::find(graphs_.begin(), graphs_.end(), graph);
+    if (known != graphs_.end()) return {first, static_cast<std::uint32_t>(known - graphs_.begin()), {}};
+    const std::uint32_t number = next_++ % kNumbers;
+    if (number >= graphs_.size()) graphs_.resize(number + 1);
+    graphs_[number] = graph;
+    return {first, number, graph->edges()};
+  }
+
+ private:
+  static constexpr std::uint32_t kNumbers = 64;
+  std::vector<std::shared_ptr<const Graph>> graphs_;
+  std::uint32_t next_ = 0;
+};
+
+/// One job: from the ready agents to its last round.
+class JobRun {
+ public:
+  JobRun(const Experiment& experiment, const Job& job, std::uint32_t epoch, Session& session, RunObserver& observer)
+      : experiment_(experiment),
+        job_(job),
+        epoch_(epoch),
+        session_(session),
+        observer_(observer),
+        schedule_(experiment.schedule(job.seed)),
+        interval_(experiment.report_interval()),
+        stop_(experiment.rounds, experiment.convergence) {}
+
+  JobOutcome run() {
+    const wire::Layouts layouts = session_.layouts();
+    trace_.agents = experiment_.agents;
+    trace_.dimension = layouts.estimate.size();
+    trace_.estimate_layout = layouts.estimate;
+    collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_);
+    observer_.run_begins(job_, layouts.message, layouts.estimate);
+    started_ = Clock::now();
+    last_news_ = started_;
+    grant_from(0);
+    while (!over_) {
+      session_.step([this](wire::Telemetry&& telemetry) { take(std::move(telemetry)); });
+      if (session_.interrupted()) break;
+      notice_stall();
+    }
+    JobOutcome outcome{job_, {}, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
+    finish(outcome);
+    trace_.converged = stop_.converged();
+    outcome.trace = std::move(trace_);
+    return outcome;
+  }
+
+ private:
+  /// Everybody has reported round `reached`: lets the agents go on, sized by the speed seen so far.
+  void grant_from(Round reached) {
+    const double speed = reached / std::max(seconds_since(started_), 1e-6);
+    const Round half = round_up(reached == 0 ? kFirstGrantRounds : std::min(speed * kGrantSeconds, 4.0 * half_), interval_);
+    half_ = half;
+    const auto bounded = [&](std::uint64_t k) { return static_cast<Round>(std::min<std::uint64_t>(k, experiment_.rounds)); };
+    wire::Grant grant{epoch_, std::max(granted_, bounded(std::uint64_t{reached} + 2 * std::uint64_t{half})), bounded(std::uint64_t{reached} + half), {}};
+    while (stated_until_ < grant.until) {
+      const Schedule::Segment segment = schedule_.segment(stated_until_);
+      grant.segments.push_back(graphs_.segment(stated_until_, segment.graph));
+      if (segment.last >= experiment_.rounds) stated_until_ = experiment_.rounds;
+      else stated_until_ = segment.last + 1;
+    }
+    granted_ = grant.until;
+    report_at_ = grant.report_at;
+    session_.grants().write(grant);
+  }
+
+  void take(wire::Telemetry&& telemetry) {
+    if (telemetry.epoch != epoch_) return;
+    for (const wire::MemberReport& report : telemetry.members) collector_->add(report);
+    std::optional<Round> reached;
+    collector_->hand_on([&](const RoundReport& report) {
+      if (over_) return false;
+      trace_.add(report);
+      observer_.report(job_, report);
+      over_ = stop_.ends(report, trace_.agents, trace_.dimension);
+      reached = report.k;
+      last_news_ = Clock::now();
+      stall_told_ = false;
+      return !over_;
+    });
+    if (!over_ && reached && *reached >= report_at_) grant_from(*reached);
+  }
+
+  void notice_stall() {
+    if (stall_told_ || seconds_since(last_news_) < kStallSeconds) return;
+    stall_told_ = true;
+    const std::string text = session_.who_waits();
+    observer_.event(job_, trace_.last_round, "stall", text);
+  }
+
+  /// Ends the epoch: the agents report their links and are free for the next job.
+  void finish(JobOutcome& outcome) {
+    session_.commands().write({epoch_, wire::Order::finish});
+    std::size_t last = 0;
+    const auto begin = Clock::now();
+    while (last < session_.processes() && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0)) {
+      session_.step([&](wire::Telemetry&& telemetry) {
+        if (telemetry.epoch != epoch_ || !telemetry.last) return;
+        ++last;
+        for (const wire::LinkReport& link : telemetry.links) outcome.links.push_back({link.edge, link.delivered, link.lost});
+      });
+    }
+    std::sort(outcome.links.begin(), outcome.links.end(), [](const LinkTotals& a, const LinkTotals& b) { return a.edge < b.edge; });
+  }
+
+  const Experiment& experiment_;
+  Job job_;
+  std::uint32_t epoch_;
+  Session& session_;
+  RunObserver& observer_;
+  Schedule schedule_;
+  Round interval_;
+  StopRule stop_;
+  Trace trace_;
+  std::optional<Collector> collector_;
+  GraphNumbers graphs_;
+  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0;
+  Clock::time_point started_, last_news_;
+  bool over_ = false, stall_told_ = false;
+};
+
+}  // namespace
+
+SessionTimes run_processes(const Experiment& experiment, const RunOptions& options, RunObserver& observer) {
+  const auto begin = Clock::now();
+  SessionTimes times;
+  Session session(experiment, options);
+  session.launch(observer);
+  for (const Job& job : jobs_of(experiment)) {
+    const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
+    session.assign(job, epoch, observer);
+    if (session.interrupted()) break;
+    if (job.number == 0) times.startup_seconds = seconds_since(begin);
+    const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
+    times.running_seconds += outcome.seconds;
+    observer.run_ends(outcome);
+    if (session.interrupted()) break;
+  }
+  session.shut_down();
+  return times;
+}
+
+}  // namespace consort

@@ -1,0 +1,301 @@
+#include "orchestrator/session.hpp"
+
+#include "core/errors.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace consort {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr unsigned kDomains = 100;                    // above, the ports of a domain would reach the kernel's ephemeral ones
+constexpr unsigned kPortsPerProcess = 4;
+constexpr std::size_t kMembersPerPart = 200;
+constexpr std::size_t kTunedFrom = 60;                // processes that all discover each other: slower acknowledgements halve the start-up
+constexpr std::size_t kWriterMemory = std::size_t{1} << 30;   // bytes a writer may hold before a write would wait
+constexpr milliseconds kAnnounceEvery{2000};          // neighbours mode: a first announcement may meet a process that is not there yet
+constexpr milliseconds kExternalLease{2000};          // how fast an agent on another host notices a dead orchestrator, and the other way round
+constexpr milliseconds kLookAround{20};               // how often children, interrupt and deadline are looked at
+
+unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
+
+}  // namespace
+
+Session::Session(const Experiment& experiment, const RunOptions& options)
+    : experiment_(experiment),
+      options_(options),
+      placement_(place(experiment)),
+      deadline_(Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(experiment.deadline))) {
+  for (std::size_t p = 0; p < placement_.processes.size(); ++p) {
+    const ProcessPlan& plan = placement_.processes[p];
+    ProcessState state;
+    state.name = "agent-" + std::to_string(plan.agents.front().value);
+    if (plan.agents.size() > 1) state.name += "-" + std::to_string(plan.agents.back().value);
+    state.external = is_external(plan);
+    states_.push_back(state);
+    process_by_name_[plan.agents.front().value] = p;
+  }
+  if (!options_.external.empty() && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
+  open_domain();
+  create_endpoints();
+}
+
+Session::~Session() = default;
+
+bool Session::is_external(const ProcessPlan& process) const {
+  return std::any_of(process.agents.begin(), process.agents.end(), [&](AgentId agent) {
+    return std::find(options_.external.begin(), options_.external.end(), agent) != options_.external.end();
+  });
+}
+
+void Session::open_domain() {
+  using namespace dds::configuration;
+  settings_.tag = options_.run_name;
+  settings_.writer_high_watermark = kWriterMemory;
+  if (!options_.external.empty()) settings_.lease_duration = kExternalLease;
+  unsigned first = options_.domain >= 0 ? static_cast<unsigned>(options_.domain) : domain_of(options_.run_name);
+  if (placement_.neighbour_discovery) {
+    ports_.emplace(kPortsPerProcess * (processes() + 1));
+    settings_.discovery = dds::configuration::Discovery::neighbours;
+    first = options_.domain >= 0 ? first : 0;
+    settings_.port_base = static_cast<std::uint16_t>(ports_->first() - unicast_port(0, first));
+    settings_.spdp_interval = kAnnounceEvery;
+  } else {
+    settings_.data = placement_.multicast_data ? Data::multicast : Data::unicast;
+    settings_.tuned = processes() > kTunedFrom;
+  }
+  const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
+  const unsigned attempts = options_.domain >= 0 || placement_.neighbour_discovery ? 1 : 5;   // a domain's ports may be somebody else's
+  for (unsigned attempt = 0;; ++attempt) {
+    domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
+    try {
+      domain_.emplace(domain_number_, configuration);
+      participant_.emplace(*domain_);
+      return;
+    } catch (const dds::core::Exception& failure) {
+      domain_.reset();
+      if (attempt + 1 >= attempts) throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+    }
+  }
+}
+
+void Session::create_endpoints() {
+  presence_.emplace(*participant_, [this](wire::Presence&& presence) { push(std::move(presence)); });
+  layout_reader_.emplace(*participant_, [this](wire::Layouts&& layouts) { push(std::move(layouts)); });
+  telemetry_.emplace(*participant_, [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); });
+  assignments_.emplace(*participant_);
+  grants_.emplace(*participant_);
+  commands_.emplace(*participant_);
+}
+
+void Session::push(News&& news) {
+  const std::lock_guard lock(mutex_);
+  news_.push_back(std::move(news));
+  if (news_.size() == 1) arrived_.notify_one();
+}
+
+std::vector<std::string> Session::agent_arguments(std::size_t process) const {
+  const ProcessPlan& plan = placement_.processes[process];
+  std::vector<std::string> arguments{"--ids", std::to_string(plan.agents.front().value) + "-" + std::to_string(plan.agents.back().value),
+                                     "--run", options_.run_name, "--domain", std::to_string(domain_number_),
+                                     "--orchestrator-pid", std::to_string(getpid())};
+  const auto port = [&](std::size_t slot) { return ports_->first() + kPortsPerProcess * slot; };   // slot 0: the orchestrator
+  if (placement_.neighbour_discovery) {
+    std::string listed = std::to_string(port(0));
+    for (const std::size_t neighbour : plan.neighbours) listed += "," + std::to_string(port(neighbour + 1));
+    arguments.insert(arguments.end(), {"--discovery", "neighbours", "--port", std::to_string(port(process + 1)), "--neighbour-ports", listed});
+  } else if (placement_.multicast_data) {
+    arguments.insert(arguments.end(), {"--data", "multicast"});
+  }
+  if (settings_.tuned) arguments.emplace_back("--tuned");
+  return arguments;
+}
+
+void Session::launch(RunObserver& observer) {
+  children_.emplace(options_.log_directory);
+  observer.launching(0, 0, processes());
+  for (std::size_t p = 0; p < processes(); ++p) {
+    if (!states_[p].external) children_->start(states_[p].name, options_.agent_executable, agent_arguments(p));
+    if (interrupted()) return;
+  }
+  const auto found = [](const ProcessState& state) { return state.found; };
+  while (count(found) < processes() && !interrupted()) {
+    step({});
+    observer.launching(count(found), 0, processes());
+  }
+}
+
+std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t epoch) const {
+  const ProtocolChoice& protocol = experiment_.protocols[job.protocol];
+  wire::Assignment common;
+  common.epoch = epoch;
+  common.seed = job.seed;
+  common.protocol = protocol.name;
+  common.agents = static_cast<std::uint32_t>(experiment_.agents);
+  common.dt = experiment_.dt;
+  common.rounds = experiment_.rounds;
+  common.report_interval = experiment_.report_interval();
+  common.window = 2 * std::max<Round>(16'384, common.report_interval) + common.report_interval;
+  common.parameters = protocol.parameters;
+  common.standard_link = experiment_.links.standard;
+  common.parts = static_cast<std::uint32_t>((experiment_.agents + kMembersPerPart - 1) / kMembersPerPart);
+  std::vector<wire::Assignment> parts(common.parts, common);
+  for (std::size_t index = 0; index < experiment_.agents; ++index) {
+    const AgentId agent = agent_at(index);
+    wire::Member member;
+    member.agent = agent;
+    member.initial = experiment_.initial_of(agent, job.seed);
+    if (const auto override = experiment_.overrides.find(agent); override != experiment_.overrides.end()) member.parameters = override->second.parameters;
+    member.hears_everyone = hears_everyone(placement_, agent);
+    if (!member.hears_everyone) {
+      for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
+    }
+    member.remote_readers = placement_.remote_readers[index];
+    for (const auto& [edge, link] : experiment_.links.overrides) {
+      if (edge.to == agent) member.links.overrides.emplace(edge, link);
+    }
+    parts[index / kMembersPerPart].members.push_back(std::move(member));
+  }
+  for (std::uint32_t part = 0; part < common.parts; ++part) parts[part].part = part;
+  return parts;
+}
+
+void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer) {
+  if (interrupted()) return;
+  epoch_ = epoch;
+  layouts_.clear();
+  for (const wire::Assignment& part : assignments(job, epoch)) assignments_->write(part);
+  const auto ready = [&](const ProcessState& state) { return state.ready_epoch == epoch; };
+  while ((count(ready) < processes() || layouts_.size() < experiment_.agents) && !interrupted()) {
+    step({});
+    if (job.number == 0) observer.launching(processes(), count(ready), processes());
+  }
+}
+
+void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
+  std::deque<News> news;
+  {
+    std::unique_lock lock(mutex_);
+    arrived_.wait_for(lock, kLookAround, [&] { return !news_.empty(); });
+    news.swap(news_);
+  }
+  for (News& item : news) {
+    if (auto* telemetry = std::get_if<wire::Telemetry>(&item)) {
+      if (on_telemetry) on_telemetry(std::move(*telemetry));
+    } else if (auto* layouts = std::get_if<wire::Layouts>(&item)) {
+      if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
+    } else {
+      handle(std::move(std::get<wire::Presence>(item)));
+    }
+  }
+  watch_children();
+  if (!leaving_ && Clock::now() > deadline_) time_out();
+}
+
+void Session::handle(wire::Presence&& presence) {
+  const auto at = process_by_name_.find(presence.process);
+  if (at == process_by_name_.end() || presence.agents != placement_.processes[at->second].agents) {
+    spdlog::warn("a process of host {} (pid {}) says it hosts agents from {} on, which this run does not place so: left alone", presence.host,
+                 presence.pid, presence.process);
+    return;
+  }
+  ProcessState& state = states_[at->second];
+  state.found = true;
+  switch (presence.state) {
+    case wire::State::hello: break;
+    case wire::State::ready: state.ready_epoch = presence.epoch; break;
+    case wire::State::status: state.status = std::move(presence); break;
+    case wire::State::failed: throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
+    case wire::State::leaving:
+      if (!leaving_) throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " + std::to_string(presence.round));
+      break;
+  }
+}
+
+void Session::watch_children() {
+  if (!children_ || leaving_) return;
+  if (const auto death = children_->next_death()) throw RunError(death->text());
+}
+
+std::string Session::names(const std::function<bool(const ProcessState&)>& which) const {
+  constexpr std::size_t kNamed = 12;
+  std::string text;
+  std::size_t found = 0;
+  for (const ProcessState& state : states_) {
+    if (!which(state)) continue;
+    if (++found <= kNamed) text += (text.empty() ? "" : ", ") + state.name;
+  }
+  if (found > kNamed) text += " and " + std::to_string(found - kNamed) + " more";
+  return text;
+}
+
+std::size_t Session::count(const std::function<bool(const ProcessState&)>& which) const {
+  return static_cast<std::size_t>(std::count_if(states_.begin(), states_.end(), which));
+}
+
+std::string Session::who_waits() {
+  for (ProcessState& state : states_) state.status.reset();
+  leaving_ = true;   // no second deadline or death report from within this one
+  commands_->write({epoch_, wire::Order::status});
+  const auto until = Clock::now() + std::chrono::seconds(1);
+  const auto silent = [](const ProcessState& state) { return !state.status; };
+  std::vector<wire::Telemetry> kept;
+  while (count(silent) > 0 && Clock::now() < until) step([&](wire::Telemetry&& telemetry) { kept.push_back(std::move(telemetry)); });
+  leaving_ = false;
+  {
+    const std::lock_guard lock(mutex_);
+    for (auto item = kept.rbegin(); item != kept.rend(); ++item) news_.emplace_front(std::move(*item));
+  }
+  std::string text;
+  for (const ProcessState& state : states_) {
+    if (!state.status || state.status->waiting_for.empty()) continue;
+    text += "agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for";
+    for (const AgentId agent : state.status->waiting_for) text += " " + std::to_string(agent.value);
+    text += "; ";
+    if (text.size() > 1000) {
+      text += "...; ";
+      break;
+    }
+  }
+  const std::string unanswered = names(silent);
+  if (!unanswered.empty()) text += "no answer from " + unanswered;
+  else if (text.empty()) text = "every process answers and none waits for a message";
+  return text;
+}
+
+void Session::time_out() {
+  char limit[32];
+  std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
+  const std::string lost = names([](const ProcessState& state) { return !state.found; });
+  if (!lost.empty()) {
+    throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
+  }
+  const std::string unready = names([&](const ProcessState& state) { return state.ready_epoch != epoch_; });
+  if (!unready.empty()) throw TimeoutError("deadline of " + std::string(limit) + " passed; these did not meet their neighbours: " + unready);
+  throw TimeoutError("deadline of " + std::string(limit) + " passed; " + who_waits());
+}
+
+wire::Layouts Session::layouts() const {
+  check(!layouts_.empty(), "layouts are known once everybody is ready");
+  const wire::Layouts& first = layouts_.begin()->second;
+  for (const auto& [agent, layouts] : layouts_) {
+    if (!(layouts.estimate == first.estimate)) {
+      throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent " + std::to_string(first.agent.value) +
+                     "; all agents of a run must have the same dimension");
+    }
+  }
+  return first;
+}
+
+void Session::shut_down() {
+  leaving_ = true;
+  commands_->write({epoch_, wire::Order::shutdown});
+  children_->wait_all(interrupted() ? 1.0 : 10.0);
+}
+
+}  // namespace consort
