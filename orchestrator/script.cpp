@@ -1,0 +1,308 @@
+#include "orchestrator/script.hpp"
+
+#include "orchestrator/criteria.hpp"
+#include "orchestrator/script_agents.hpp"
+#include "orchestrator/script_resolved.hpp"
+#include "orchestrator/script_topology.hpp"
+#include "orchestrator/script_yaml.hpp"
+#include "orchestrator/wording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+namespace consort {
+
+namespace {
+
+using namespace script;
+
+constexpr std::uint64_t kMostRounds = 1'000'000'000;
+constexpr std::uint64_t kMostRuns = 1'000'000;
+constexpr std::uint64_t kAnyWhole = std::numeric_limits<std::uint64_t>::max();
+
+// The comment at the head of the file, without its hash signs.
+std::string header_comment(const std::string& text) {
+  std::istringstream in(text);
+  std::string out;
+  for (std::string line; std::getline(in, line) && line.starts_with('#');) {
+    if (line.back() == '\r') line.pop_back();
+    line.erase(0, line.starts_with("# ") ? 2 : 1);
+    out += (out.empty() ? "" : "\n") + line;
+  }
+  return out;
+}
+
+// Reads what stands at the top level besides agents and topology.
+class TopLevel {
+ public:
+  TopLevel(Mistakes& mistakes, const Section& top, const ScriptOverrides& overrides, Experiment& out) : mistakes_(mistakes), top_(top), overrides_(overrides), out_(out) {}
+
+  void read_run() {
+    if (const auto node = top_.required("experiment"); present(node)) read_name(node);
+    static const std::array<std::string, 2> kModes{"simulate", "lockstep"};
+    if (const auto node = top_.find("mode"); present(node))
+      if (const auto mode = read_choice(mistakes_, node, "mode", kModes)) out_.mode = *mode == 0 ? Mode::simulate : Mode::lockstep;
+    whole("seed", 0, kAnyWhole, [this](std::uint64_t value) { out_.seed = Seed{value}; });
+    whole("runs", 1, kMostRuns, [this](std::uint64_t value) { out_.runs = value; });
+    whole("rounds", 1, kMostRounds, [this](std::uint64_t value) { out_.rounds = static_cast<Round>(value); });
+    if (const auto node = top_.find("dt"); present(node)) out_.dt = read_number(mistakes_, node, "dt", kPositive).value_or(out_.dt);
+    out_.mode = overrides_.mode.value_or(out_.mode);
+    if (overrides_.seed) out_.seed = Seed{*overrides_.seed};
+    out_.runs = overrides_.runs.value_or(out_.runs);
+    out_.rounds = overrides_.rounds.value_or(out_.rounds);
+    if (out_.rounds < 1 || out_.rounds > kMostRounds) throw ConfigError(fmt::format("--rounds: found {}; allowed: a whole number from 1 to {}", out_.rounds, kMostRounds));
+    if (out_.runs < 1 || out_.runs > kMostRuns) throw ConfigError(fmt::format("--runs: found {}; allowed: a whole number from 1 to {}", out_.runs, kMostRuns));
+  }
+
+  void read_rest() {
+    if (const auto node = top_.find("links"); present(node)) read_links(node);
+    if (const auto node = top_.find("events"); present(node)) read_events(node);
+    read_placement();
+    if (const auto node = top_.find("stop"); present(node)) read_stop(node);
+    if (const auto node = top_.find("telemetry"); present(node)) {
+      const Section section(mistakes_, node, "telemetry", "/definitions/telemetry");
+      if (const auto every = section.find("every"); present(every))
+        if (const auto value = read_whole(mistakes_, every, "telemetry.every", 1, kMostRounds)) out_.report_every = static_cast<Round>(*value);
+    }
+    static const std::array<std::string, 3> kDiscoveries{"auto", "multicast", "neighbours"};
+    if (const auto node = top_.find("discovery"); present(node))
+      if (const auto choice = read_choice(mistakes_, node, "discovery", kDiscoveries))
+        out_.discovery = std::array{Discovery::automatic, Discovery::multicast, Discovery::neighbours}[*choice];
+    out_.metrics = texts("metrics");
+    out_.criteria = texts("criteria");
+    check_metrics();
+  }
+
+  // Once the rest of the experiment is known to hold: measures named by criteria exist.
+  void check_criteria() {
+    if (out_.criteria.empty()) return;
+    const auto wanted = out_.metrics;
+    out_.metrics.clear();   // every metric is known to a criterion, whatever is printed
+    const auto names = metric_names(out_);
+    out_.metrics = wanted;
+    const YAML::Node list = top_.find("criteria");
+    for (std::size_t i = 0; i < out_.criteria.size(); ++i) {
+      try {
+        check_criterion(out_.criteria[i], names);
+        add_metrics_of(out_.criteria[i]);
+      } catch (const ConfigError& error) {
+        mistakes_.add(list[i], fmt::format("criteria[{}]: {}", i, error.what()));
+      }
+    }
+  }
+
+ private:
+  template <class Take>
+  void whole(const std::string& key, std::uint64_t low, std::uint64_t high, Take take) {
+    if (const auto node = top_.find(key); present(node))
+      if (const auto value = read_whole(mistakes_, node, key, low, high)) take(*value);
+  }
+
+  void read_name(const YAML::Node& node) {
+    const auto fits = [](const std::string& name) {
+      const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+      return !name.empty() && letter(name.front()) &&
+             std::all_of(name.begin(), name.end(), [&letter](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; });
+    };
+    if (node.IsScalar() && fits(node.Scalar())) {
+      out_.name = node.Scalar();
+    } else {
+      mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter", describe(node)));
+    }
+  }
+
+  void read_link(const Section& section, LinkSpec& link) {
+    if (const auto node = section.find("loss"); present(node)) {
+      if (node.IsMap()) {
+        const Section loss(mistakes_, node, section.path("loss"), "/definitions/loss/oneOf/1");
+        if (const auto p = loss.required("bernoulli"); present(p)) link.loss_probability = read_number(mistakes_, p, loss.path("bernoulli"), kProbability).value_or(0.0);
+      } else {
+        link.loss_probability = read_number(mistakes_, node, section.path("loss"), kProbability).value_or(0.0);
+      }
+    }
+    if (const auto node = section.find("delay_rounds"); present(node))
+      link.delay_rounds = static_cast<Round>(read_whole(mistakes_, node, section.path("delay_rounds"), 0, 1'000'000).value_or(0));
+    if (const auto node = section.find("noise_covariance"); present(node)) {
+      const auto covariance = read_matrix(mistakes_, node, section.path("noise_covariance"));
+      if (!covariance) return;
+      try {
+        Values values;
+        values.set("noise_covariance", *covariance);
+        static_cast<void>(values.covariance("noise_covariance", covariance->rows()));   // for its objections
+        link.noise_covariance = *covariance;
+      } catch (const ConfigError& error) {
+        mistakes_.add(node, fmt::format("{}: {}", section.path("noise_covariance"), error.what()));
+      }
+    }
+  }
+
+  void read_links(const YAML::Node& node) {
+    const Section section(mistakes_, node, "links", "/definitions/links");
+    read_link(section, out_.links.standard);
+    const auto overrides = section.find("overrides");
+    if (!present(overrides)) return;
+    if (!overrides.IsSequence()) {
+      mistakes_.add(overrides, fmt::format("links.overrides: found {}; allowed: a list such as [{{edge: 3 -> 7, delay_rounds: 2}}]", describe(overrides)));
+      return;
+    }
+    for (std::size_t i = 0; i < overrides.size(); ++i) {
+      const std::string what = fmt::format("links.overrides[{}]", i);
+      const Section entry(mistakes_, overrides[i], what, "/definitions/link_override");
+      if (!entry.is_map()) continue;
+      LinkSpec link = out_.links.standard;
+      read_link(entry, link);
+      const auto one = entry.find("edge"), several = entry.find("edges");
+      if (present(one) == present(several)) {
+        mistakes_.add(overrides[i], fmt::format("{}: found {}; allowed: exactly one of 'edge' and 'edges'", what, present(one) ? "both 'edge' and 'edges'" : "neither 'edge' nor 'edges'"));
+        continue;
+      }
+      const auto edges = present(one) ? read_edge(mistakes_, one, what + ".edge", out_.agents) : read_edges(mistakes_, several, what + ".edges", out_.agents);
+      for (const Edge edge : edges)
+        if (!out_.links.overrides.emplace(edge, link).second)
+          mistakes_.add(overrides[i], fmt::format("{}: found the edge {} in a second entry; allowed: each edge once", what, edge_text(edge)));
+    }
+  }
+
+  void read_events(const YAML::Node& node) {
+    if (!node.IsSequence()) {
+      mistakes_.add(node, fmt::format("events: found {}; allowed: a list such as [{{round: 150, cut: [1 -> 2]}}]", describe(node)));
+      return;
+    }
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      const std::string what = fmt::format("events[{}]", i);
+      const Section section(mistakes_, node[i], what, "/definitions/event");
+      if (!section.is_map()) continue;
+      LinkEvent event;
+      // A run shortened on the command line may end before the file's last event.
+      const std::uint64_t last = overrides_.rounds ? kMostRounds : out_.rounds - 1;
+      if (const auto round = section.required("round"); present(round)) event.round = static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
+      const auto cut = section.find("cut"), heal = section.find("heal");
+      if (present(cut) == present(heal)) {
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of 'cut' and 'heal'", what, present(cut) ? "both 'cut' and 'heal'" : "neither 'cut' nor 'heal'"));
+        continue;
+      }
+      event.heal = present(heal);
+      event.edges = read_edges(mistakes_, event.heal ? heal : cut, section.path(event.heal ? "heal" : "cut"), out_.agents);
+      out_.link_events.push_back(std::move(event));
+    }
+  }
+
+  void read_placement() {
+    const std::uint64_t most = std::max<std::uint64_t>(out_.agents, 1);
+    if (const auto node = top_.find("placement"); present(node)) {
+      const Section section(mistakes_, node, "placement", "/definitions/placement");
+      if (const auto per = section.find("agents_per_process"); present(per)) out_.agents_per_process = read_whole(mistakes_, per, "placement.agents_per_process", 1, most).value_or(1);
+    }
+    out_.agents_per_process = overrides_.agents_per_process.value_or(out_.agents_per_process);
+    if (out_.agents_per_process < 1 || out_.agents_per_process > most)
+      throw ConfigError(fmt::format("--agents-per-process: found {}; allowed: a whole number from 1 to {}", out_.agents_per_process, most));
+  }
+
+  void read_stop(const YAML::Node& node) {
+    const Section section(mistakes_, node, "stop", "/definitions/stop");
+    if (const auto deadline = section.find("deadline"); present(deadline)) out_.deadline = read_duration(mistakes_, deadline, "stop.deadline").value_or(out_.deadline);
+    const auto converged = section.find("converged");
+    if (!present(converged)) return;
+    const Section rule(mistakes_, converged, "stop.converged", "/definitions/stop/properties/converged");
+    if (!rule.is_map()) return;
+    Convergence convergence;
+    if (const auto d = rule.required("disagreement"); present(d)) convergence.disagreement = read_number(mistakes_, d, rule.path("disagreement"), kPositive).value_or(1.0);
+    if (const auto r = rule.find("for_rounds"); present(r)) convergence.for_rounds = static_cast<Round>(read_whole(mistakes_, r, rule.path("for_rounds"), 1, kMostRounds).value_or(1));
+    out_.convergence = convergence;
+  }
+
+  std::vector<std::string> texts(const std::string& key) {
+    const auto node = top_.find(key);
+    if (!present(node)) return {};
+    std::vector<std::string> out;
+    if (!node.IsSequence()) {
+      mistakes_.add(node, fmt::format("{}: found {}; allowed: a list of texts", key, describe(node)));
+      return out;
+    }
+    for (std::size_t i = 0; i < node.size(); ++i)
+      if (auto text = read_text(mistakes_, node[i], fmt::format("{}[{}]", key, i))) out.push_back(std::move(*text));
+    return out;
+  }
+
+  void check_metrics() {
+    std::vector<std::string> names;
+    for (const auto& entry : metric_table()) names.emplace_back(entry.name);
+    const auto node = top_.find("metrics");
+    if (!present(node) || !node.IsSequence()) return;
+    for (std::size_t i = 0; i < node.size(); ++i)
+      if (node[i].IsScalar() && !node[i].Scalar().empty()) read_choice(mistakes_, node[i], fmt::format("metrics[{}]", i), names);
+  }
+
+  void add_metrics_of(const std::string& criterion) {
+    if (out_.metrics.empty()) return;   // all of them anyway
+    for (std::string name : metrics_of(criterion)) {
+      if (out_.protocols.size() > 1) name.erase(0, name.find('.') + 1);
+      name = name.substr(0, name.find_first_of(".["));
+      if (std::find(out_.metrics.begin(), out_.metrics.end(), name) == out_.metrics.end()) out_.metrics.push_back(name);
+    }
+  }
+
+  Mistakes& mistakes_;
+  const Section& top_;
+  const ScriptOverrides& overrides_;
+  Experiment& out_;
+};
+
+YAML::Node parse(const std::string& text, Mistakes& mistakes) {
+  try {
+    YAML::Node document = YAML::Load(text);
+    if (document.IsNull()) mistakes.add(YAML::Mark(), "found an empty file; allowed: an experiment, a mapping with at least experiment, agents and topology");
+    return document;
+  } catch (const YAML::Exception& error) {
+    mistakes.add(error.mark, "found text that is not YAML: " + error.msg + "; allowed: YAML 1.2");
+    return {};
+  }
+}
+
+}  // namespace
+
+Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+  Mistakes mistakes(name);
+  const YAML::Node document = parse(text, mistakes);
+  mistakes.raise();
+  check_duplicate_keys(mistakes, document);
+
+  Experiment out;
+  out.description = header_comment(text);
+  Places places;
+  const Section top(mistakes, document, "", "");
+  mistakes.raise();   // with unknown or doubled keys at the top the rest would be guesswork
+  TopLevel reader(mistakes, top, overrides, out);
+  reader.read_run();
+  const YAML::Node agents = top.required("agents"), topology_node = top.required("topology");
+  if (present(agents)) read_agents(mistakes, agents, directory, out, places);
+  std::optional<TopologyRead> topology;
+  if (present(topology_node) && out.agents > 0) topology = read_topology(mistakes, topology_node, "topology", out.agents, out.seed);
+  if (out.agents > 0) reader.read_rest();
+  if (mistakes.none()) check_against_schema(document, mistakes);
+  mistakes.raise();
+
+  out.topology = std::move(topology->spec);
+  out.topology_text = std::move(topology->text);
+  const YAML::Node links = top.find("links");
+  try_agents(mistakes, agents.Mark(), present(links) ? links.Mark() : agents.Mark(), out, places);
+  mistakes.raise();
+  reader.check_criteria();
+  mistakes.raise();
+  out.resolved_text = resolved(out, topology->canonical);
+  return out;
+}
+
+Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  if (!in || !(text << in.rdbuf())) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
+  return parse_experiment(text.str(), file.string(), file.parent_path(), overrides);
+}
+
+}  // namespace consort

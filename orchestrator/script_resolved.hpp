@@ -1,0 +1,15 @@
+#pragma once
+/// The canonical text of an experiment: every default written out. Loaded again it gives the same experiment.
+
+#include "core/experiment.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+
+namespace consort::script {
+
+/// `topology` is the canonical topology node that read_topology() made.
+std::string resolved(const Experiment& experiment, const YAML::Node& topology);
+
+}  // namespace consort::script
