@@ -1,12 +1,9 @@
 #pragma once
 /// Inverses of symmetric positive definite matrices (covariances, information matrices) that refuse to return nonsense.
 
-#include "core/errors.hpp"
 #include "core/types.hpp"
 
 #include <limits>
-#include <sstream>
-#include <string>
 #include <string_view>
 
 namespace consort {
@@ -19,19 +16,7 @@ struct Place {
 };
 
 /// Throws RunError: names place, matrix, size and condition.
-[[noreturn]] inline void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& value) {
-  std::ostringstream text;
-  text << place.algorithm << ": agent " << place.agent.value << ", round " << place.k << ": matrix " << matrix << " (" << value.rows() << " x "
-       << value.cols() << ") is not numerically positive definite";
-  if (value.allFinite()) {
-    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(value, Eigen::EigenvaluesOnly).eigenvalues();
-    const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.cwiseAbs().maxCoeff();
-    text << ": eigenvalues in [" << smallest << ", " << eigenvalues.maxCoeff() << "], condition " << largest / std::abs(smallest);
-  } else {
-    text << ": it has entries that are not finite, condition infinite";
-  }
-  throw RunError(text.str());
-}
+[[noreturn]] void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& value);
 
 /// Inverts matrices of one size through LLT. Holds its workspace, so a loop over messages allocates nothing, whatever the size.
 template <int N>
@@ -80,7 +65,7 @@ class SpdInverse<1> {
   template <class Derived>
   Result operator()(const Eigen::MatrixBase<Derived>& a, std::string_view name) const {
     const double value = a.derived().coeff(0, 0);
-    if (!(value >= std::numeric_limits<double>::min() && value <= std::numeric_limits<double>::max())) refuse_matrix(place_, name, a.derived());
+    if (!(value >= std::numeric_limits<double>::min() && value <= std::numeric_limits<double>::max())) refuse_matrix(place_, name, Matrix::Constant(1, 1, value));
     return Result(1.0 / value);
   }
 
