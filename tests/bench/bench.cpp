@@ -1,0 +1,318 @@
+/// The bench: every speed figure beside its raw twin, measured in turns on the same machine. Prints a table, writes bench.json. Never a
+/// pass or fail.
+
+#include "tests/bench/command.hpp"
+#include "tests/bench/figures.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace consort::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Options {
+  fs::path consort, programs, experiments, output = "bench.json";
+  std::vector<std::string> only;
+  bool quick = false;
+  int turns() const { return quick ? 1 : 3; }
+  double seconds() const { return quick ? 1.0 : 3.0; }
+};
+
+const std::vector<std::string> kNames{"ring_10",
+                                      "ring_50",
+                                      "ring_100",
+                                      "complete_10",
+                                      "complete_50",
+                                      "complete_100",
+                                      "hosted_ring_100_in_2",
+                                      "hosted_ring_1000_in_4",
+                                      "startup_ring_10",
+                                      "startup_ring_100",
+                                      "startup_ring_1000",
+                                      "memory_ring_100",
+                                      "simulate"};
+
+/// Lockstep rounds of one shape and size, with the raw twin's options.
+struct Exchange {
+  std::string name, shape;
+  int agents, agents_per_process;
+  std::vector<std::string> raw_options;
+  Aim aim;
+  int short_rounds;  ///< enough to start and to tell the rate roughly
+};
+
+const std::vector<Exchange>& exchanges() {
+  using Of = Aim::Of;
+  static const std::vector<Exchange> list{
+      {"ring_10", "ring", 10, 1, {}, {Of::ratio_at_least, 0.8}, 500},
+      {"ring_50", "ring", 50, 1, {}, {Of::ratio_at_least, 0.8}, 100},
+      {"ring_100", "ring", 100, 1, {}, {Of::ratio_at_least, 0.8}, 50},
+      {"complete_10", "complete", 10, 1, {"--multicast"}, {Of::ratio_at_least, 0.8}, 200},
+      {"complete_50", "complete", 50, 1, {"--multicast"}, {Of::ratio_at_least, 0.8}, 20},
+      {"hosted_ring_100_in_2", "ring", 100, 50, {}, {Of::ratio_at_least, 0.5}, 1000},
+      {"hosted_ring_1000_in_4", "ring", 1000, 250, {}, {Of::value_at_least, 2500}, 200},
+  };
+  return list;
+}
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string pattern = (fs::temp_directory_path() / "consort-bench-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr) throw std::system_error(errno, std::generic_category(), pattern);
+    path_ = pattern;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// One run of Consort; `ran` is false when it did not come to its end.
+struct Ours {
+  bool ran = false;
+  double startup = 0.0, rate = 0.0, delivered = 0.0, cpu = 0.0;
+};
+
+class Bench {
+ public:
+  explicit Bench(const Options& options) : options_(options) {}
+
+  void run() {
+    for (const Exchange& exchange : exchanges())
+      if (wanted(exchange.name)) measure(exchange);
+    if (wanted("complete_100")) measure_complete_100();
+    for (const auto& [agents, limit] : std::map<int, double>{{10, 1.0}, {100, 3.0}, {1000, 12.0}})
+      if (wanted(fmt::format("startup_ring_{}", agents))) measure_startup(agents, limit);
+    if (wanted("memory_ring_100")) measure_memory();
+    if (wanted("simulate")) measure_simulation();
+  }
+  const std::vector<Figure>& figures() const { return figures_; }
+
+ private:
+  bool wanted(const std::string& name) const {
+    return options_.only.empty() || std::find(options_.only.begin(), options_.only.end(), name) != options_.only.end();
+  }
+
+  static void say(const std::string& what) { fmt::print(stderr, "bench: {}\n", what); }
+
+  // --- the two sides ----------------------------------------------------------------------------------------------------
+
+  std::optional<json> raw(const std::string& program, const Exchange& exchange, const std::vector<std::string>& more,
+                          double seconds) const {
+    std::vector<std::string> command{
+        (options_.programs / program).string(),      exchange.shape, std::to_string(exchange.agents), "--agents-per-process",
+        std::to_string(exchange.agents_per_process), "--seconds",    std::to_string(seconds)};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome outcome = run_command(command, 200.0);
+    if (outcome.exit_code != 0) return std::nullopt;
+    return json::parse(outcome.output);
+  }
+
+  Ours run_file(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {}) const {
+    const fs::path results = folder_.path() / fmt::format("results-{}", ++runs_);
+    const Outcome outcome = run_command(
+        {options_.consort.string(), "run", file.string(), "--mode", "lockstep", "--json", "--quiet", "--output", results.string()}, limit,
+        watch);
+    std::error_code ignored;
+    fs::remove_all(results, ignored);
+    if (outcome.exit_code != 0 && outcome.exit_code != 1) {  // 1: a criterion was not met, but the run came to its end
+      say(fmt::format("consort run {} ended with exit code {}", file.filename().string(), outcome.exit_code));
+      return {};
+    }
+    const json performance = json::parse(outcome.output).at("performance");
+    return {true, performance.at("startup_seconds"), performance.at("rounds_per_second"), performance.at("messages_delivered"),
+            outcome.cpu_seconds};
+  }
+
+  /// local_voting on eight states, telemetry at its default.
+  Ours ours(const Exchange& exchange, long rounds, const std::function<void(pid_t)>& watch = {}) const {
+    const int degree = exchange.shape == "ring" ? 2 : exchange.agents - 1;
+    const fs::path file = folder_.path() / (exchange.name + ".yaml");
+    std::ofstream(file) << fmt::format(
+        "experiment: bench_{0}\n"
+        "mode: lockstep\n"
+        "seed: 1\n"
+        "rounds: {1}\n"
+        "dt: {2:.6f}\n"
+        "agents:\n"
+        "  count: {3}\n"
+        "  protocol: local_voting\n"
+        "  initial: {{x: {{uniform: [0, 1], dimension: 8}}}}\n"
+        "topology: {4}\n"
+        "placement: {{agents_per_process: {5}}}\n"
+        "stop: {{deadline: 300 s}}\n",
+        exchange.name, rounds, 0.5 / (degree + 1), exchange.agents, exchange.shape, exchange.agents_per_process);
+    return run_file(file, 330.0, watch);
+  }
+
+  // --- figures ----------------------------------------------------------------------------------------------------------
+
+  void measure(const Exchange& exchange) {
+    // A short run tells how many rounds fill the time, and what starting and ending cost, which is taken off the CPU per message.
+    const Ours brief = ours(exchange, exchange.short_rounds);
+    const long rounds = std::max(2L * exchange.short_rounds, std::lround(brief.rate * options_.seconds()));
+    std::vector<double> raw_rate, raw_cpu, udp_rate, udp_cpu, rate, cpu;
+    for (int turn = 1; turn <= options_.turns(); ++turn) {
+      say(fmt::format("{}, turn {} of {}: raw DDS, Consort ({} rounds), raw UDP", exchange.name, turn, options_.turns(), rounds));
+      if (const auto twin = raw("raw_dds", exchange, exchange.raw_options, options_.seconds())) {
+        raw_rate.push_back(twin->at("rounds_per_second"));
+        raw_cpu.push_back(twin->at("cpu_us_per_message"));
+      }
+      if (const Ours run = brief.ran ? ours(exchange, rounds) : Ours{}; run.ran) {
+        rate.push_back(run.rate);
+        if (run.delivered > brief.delivered) cpu.push_back(1e6 * (run.cpu - brief.cpu) / (run.delivered - brief.delivered));
+      }
+      if (const auto twin = raw("raw_udp", exchange, exchange.raw_options, options_.seconds())) {
+        udp_rate.push_back(twin->at("rounds_per_second"));
+        udp_cpu.push_back(twin->at("cpu_us_per_message"));
+      }
+    }
+    figures_.push_back({exchange.name, median(rate), "rounds/s", median(raw_rate), exchange.aim});
+    figures_.push_back({exchange.name + ".cpu_per_message", median(cpu), "us", median(raw_cpu), {}});
+    figures_.push_back({exchange.name + ".against_udp", median(rate), "rounds/s", median(udp_rate), {}});
+    figures_.push_back({exchange.name + ".cpu_per_message_udp", median(cpu), "us", median(udp_cpu), {}});
+  }
+
+  void measure_complete_100() {
+    say("complete_100: raw DDS, then experiments/complete_100.yaml to its end");
+    const Exchange twin{"complete_100", "complete", 100, 1, {"--multicast", "--tuned"}, {}, 0};
+    const auto bare = raw("raw_dds", twin, twin.raw_options, 2.0 * options_.seconds());
+    const Ours run = run_file(options_.experiments / "complete_100.yaml", 600.0);
+    const auto of_raw = [&](const char* key) { return bare ? std::optional<double>(bare->at(key)) : std::nullopt; };
+    figures_.push_back({"complete_100.came_to_its_end", run.ran ? 1.0 : 0.0, "runs", std::nullopt, {Aim::Of::value_at_least, 1}});
+    figures_.push_back({"complete_100", run.ran ? std::optional(run.rate) : std::nullopt, "rounds/s", of_raw("rounds_per_second"), {}});
+    figures_.push_back({"complete_100.startup", run.ran ? std::optional(run.startup) : std::nullopt, "s", of_raw("startup_seconds"), {}});
+  }
+
+  void measure_startup(int agents, double limit) {
+    const Exchange exchange{fmt::format("startup_ring_{}", agents), "ring", agents, 1, {}, {}, 0};
+    std::vector<double> raw_startup, startup;
+    for (int turn = 1; turn <= options_.turns(); ++turn) {
+      say(fmt::format("{}, turn {} of {}: raw DDS, Consort", exchange.name, turn, options_.turns()));
+      if (const auto twin = raw("raw_dds", exchange, {}, 0.2)) raw_startup.push_back(twin->at("startup_seconds"));
+      if (const Ours run = ours(exchange, 20); run.ran) startup.push_back(run.startup);
+    }
+    figures_.push_back({exchange.name, median(startup), "s", median(raw_startup), {Aim::Of::value_at_most, limit}});
+  }
+
+  /// Mean proportional set size of the agent processes that descend from `root`, MB; none when not all are there.
+  static std::optional<double> agent_memory(pid_t root, std::size_t agents) {
+    std::map<pid_t, pid_t> parent_of;
+    std::vector<pid_t> found;
+    for (const auto& entry : fs::directory_iterator("/proc")) {
+      std::ifstream file(entry.path() / "stat");
+      pid_t pid = 0, parent = 0;
+      std::string name, state;
+      if (!(file >> pid >> name >> state >> parent)) continue;
+      parent_of[pid] = parent;
+      if (name == "(consort-agent)") found.push_back(pid);
+    }
+    double kilobytes = 0.0;
+    std::size_t counted = 0;
+    for (const pid_t pid : found) {
+      pid_t ancestor = pid;
+      while (ancestor > 1 && ancestor != root) ancestor = parent_of.contains(ancestor) ? parent_of[ancestor] : 0;
+      if (ancestor != root) continue;
+      std::ifstream file(fmt::format("/proc/{}/smaps_rollup", pid));
+      double value = 0.0;
+      for (std::string word; file >> word;)
+        if (word == "Pss:" && file >> value) break;
+      if (value == 0.0) continue;
+      kilobytes += value;
+      ++counted;
+    }
+    if (counted != agents) return std::nullopt;
+    return kilobytes / 1024.0 / static_cast<double>(counted);
+  }
+
+  void measure_memory() {
+    say("memory_ring_100: raw DDS, Consort");
+    const Exchange exchange{"memory_ring_100", "ring", 100, 1, {}, {}, 50};
+    const auto twin = raw("raw_dds", exchange, {}, options_.seconds());
+    const Ours brief = ours(exchange, exchange.short_rounds);
+    std::optional<double> largest;
+    const auto watch = [&](pid_t pid) {
+      if (const auto memory = agent_memory(pid, 100)) largest = std::max(largest.value_or(0.0), *memory);
+    };
+    if (brief.ran) ours(exchange, std::max(500L, std::lround(brief.rate * 2.0 * options_.seconds())), watch);
+    const auto bare = twin ? std::optional<double>(twin->at("pss_mb_per_process")) : std::nullopt;
+    figures_.push_back({exchange.name, largest, "MB", bare, {Aim::Of::value_at_most, 3.0}});
+  }
+
+  /// simulate() against a bare loop with the same arithmetic: pairs of benchmarks Simulate/<case> and Bare/<case>.
+  void measure_simulation() {
+    say("simulate: against a bare loop");
+    const std::map<std::string, Aim> aims{{"kalman_pairs_10", {Aim::Of::ratio_at_least, 0.15}},
+                                          {"voting_complete_100", {Aim::Of::ratio_at_least, 0.05}}};
+    const Outcome outcome = run_command({(options_.programs / "simulate_bench").string(), "--benchmark_format=json"}, 300.0);
+    if (outcome.exit_code != 0) {
+      figures_.push_back({"simulate", std::nullopt, "rounds/s", std::nullopt, {}});
+      return;
+    }
+    std::map<std::string, std::vector<double>> rates;
+    for (const json& benchmark : json::parse(outcome.output).at("benchmarks"))
+      if (benchmark.contains("rounds_per_second")) rates[benchmark.at("name")].push_back(benchmark.at("rounds_per_second"));
+    for (const auto& [name, rate] : rates) {
+      if (!name.starts_with("Simulate/")) continue;
+      const std::string example = name.substr(9);
+      const auto bare = rates.find("Bare/" + example);
+      const auto aim = aims.find(example);
+      figures_.push_back({"simulate_" + example, median(rate), "rounds/s", bare != rates.end() ? median(bare->second) : std::nullopt,
+                          aim != aims.end() ? aim->second : Aim{}});
+    }
+  }
+
+  Options options_;
+  TemporaryFolder folder_;
+  mutable int runs_ = 0;
+  std::vector<Figure> figures_;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--consort", options.consort, "the consort executable")->check(CLI::ExistingFile)->required();
+  app.add_option("--programs", options.programs, "folder of raw_dds, raw_udp, simulate_bench; default: that of this program");
+  app.add_option("--experiments", options.experiments, "folder of complete_100.yaml")->check(CLI::ExistingDirectory)->required();
+  app.add_option("--output", options.output, "where the figures go as JSON")->capture_default_str();
+  app.add_option("--only", options.only, "only this figure; may be repeated")->check(CLI::IsMember(kNames));
+  app.add_flag("--quick", options.quick, "one short turn instead of the median of three");
+}
+
+}  // namespace
+}  // namespace consort::bench
+
+int main(int argc, char** argv) {
+  using namespace consort::bench;
+  CLI::App app{
+      "Measures Consort beside raw programs, in turns on this machine. A figure that falls short is printed as it is, marked short.\n"
+      "Example: consort-bench --consort build/release/bin/consort --experiments experiments --quick --only ring_10"};
+  Options options;
+  add_options(app, options);
+  CLI11_PARSE(app, argc, argv);
+  if (options.programs.empty()) options.programs = std::filesystem::read_symlink("/proc/self/exe").parent_path();
+  try {
+    Bench bench(options);
+    bench.run();
+    fmt::print("{}", table(bench.figures()));
+    std::ofstream(options.output) << as_json(bench.figures()).dump(2) << '\n';
+    fmt::print("figures written to {}\n", options.output.string());
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "consort-bench: {}\n", error.what());
+    return 3;
+  }
+  return 0;
+}
