@@ -1,0 +1,85 @@
+#include "orchestrator/cli_help.hpp"
+#include "orchestrator/cli_verbs.hpp"
+#include "orchestrator/host.hpp"
+#include "orchestrator/terminal.hpp"
+#include "orchestrator/wording.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace consort {
+namespace {
+
+void say(const std::string& text) {
+  const TextStyle style = style_of(STDERR_FILENO);
+  fmt::print(stderr, "{} {}\n", toned("consort:", Tone::bad, style), text);
+}
+
+}  // namespace
+
+CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv + argc), app_("", "consort") {
+  app_.formatter(std::make_shared<ManualPage>());
+  document(app_,
+           "runs distributed consensus as real processes that talk over DDS\n"
+           "One agent, one operating-system process. An experiment is one YAML file: agents, protocol, topology, links, faults, stop rule, "
+           "metrics and acceptance criteria. `consort run` runs it and says with its exit code whether the criteria held; the same file gives "
+           "the same numbers, bit for bit, with real processes and in a simulation.\n"
+           "\n"
+           "`consort VERB --help` describes each verb.",
+           {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes agree on a time; results go to results/."},
+            {"consort run experiments/meet_for_dinner.yaml --mode simulate --runs 100", "The same without processes, over a hundred seeds."},
+            {"consort validate experiments/kalman_bias.yaml", "What theory says before anything starts."},
+            {"consort doctor", "Can this host run a thousand agents?"}},
+           {{"0", "all is well, all criteria are met"},
+            {"1", "a criterion was not met"},
+            {"2", "bad input: the command line or the experiment file"},
+            {"3", "an agent or the run failed"},
+            {"4", "timed out"},
+            {"130, 143", "interrupted by SIGINT, SIGTERM"}});
+  app_.set_help_flag("-h,--help", "Show this page.");
+  app_.set_version_flag("--version", fmt::format("consort {}", consort_version()), "Show the version.");
+  app_.require_subcommand(0, 1);
+  verbs_.push_back(make_run_verb(app_, words_));
+  verbs_.push_back(make_validate_verb(app_));
+  verbs_.push_back(make_list_verb(app_));
+  verbs_.push_back(make_doctor_verb(app_));
+  verbs_.push_back(make_export_verb(app_));
+  for (CLI::App* verb : app_.get_subcommands({})) verb->set_help_flag("-h,--help", "Show this page.");
+}
+
+Exit CommandLine::execute() {
+  if (words_.size() > 1 && !words_[1].starts_with("-")) {
+    std::vector<std::string> names;
+    for (const auto& verb : verbs_) names.push_back(verb->app().get_name());
+    if (std::find(names.begin(), names.end(), words_[1]) == names.end())
+      throw ConfigError(fmt::format("no verb '{}'{}; allowed: {}", words_[1], did_you_mean(words_[1], names), listed(names)));
+  }
+  std::vector<std::string> arguments(words_.rbegin(), words_.rend() - 1);   // CLI11 takes them last first
+  app_.parse(arguments);
+  for (const auto& verb : verbs_) {
+    if (verb->app().parsed()) return verb->execute();
+  }
+  fmt::print(stderr, "{}", app_.help());
+  return Exit::bad_input;
+}
+
+int CommandLine::answer(const CLI::ParseError& stop) {
+  if (stop.get_exit_code() == 0) return app_.exit(stop);
+  const auto chosen = std::find_if(verbs_.begin(), verbs_.end(), [](const auto& verb) { return verb->app().parsed(); });
+  const std::string verb = chosen == verbs_.end() ? "" : " " + (*chosen)->app().get_name();
+  say(fmt::format("{}; see `consort{} --help`", stop.what(), verb));
+  return static_cast<int>(Exit::bad_input);
+}
+
+int CommandLine::fail(Exit exit, const std::string& error) {
+  for (const auto& verb : verbs_) {
+    if (verb->app().parsed()) exit = verb->abandon(exit, error);
+  }
+  say(error);
+  return static_cast<int>(exit);
+}
+
+}  // namespace consort

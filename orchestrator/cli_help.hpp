@@ -1,0 +1,24 @@
+#pragma once
+/// Help as a manual page: what, usage, options with their defaults, examples, exit codes; 80 columns.
+
+#include <CLI/App.hpp>
+#include <CLI/Formatter.hpp>
+#include <CLI/Config.hpp>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace consort {
+
+class ManualPage : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
+};
+
+/// A command and what it does.
+using Example = std::pair<std::string, std::string>;
+/// Sets description (paragraphs), examples and exit codes of a verb.
+void document(CLI::App& app, const std::string& description, const std::vector<Example>& examples, const std::vector<Example>& exit_codes);
+
+}  // namespace consort

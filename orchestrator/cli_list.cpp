@@ -1,0 +1,80 @@
+#include "orchestrator/cli_help.hpp"
+#include "orchestrator/cli_verbs.hpp"
+
+#include "agent/registry.hpp"
+#include "core/metrics.hpp"
+#include "orchestrator/script_topology.hpp"
+#include "orchestrator/terminal.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace consort {
+namespace {
+
+std::string paragraph(std::string_view text, std::size_t margin, const TextStyle& style) {
+  std::string out;
+  for (const auto& line : wrapped(text, std::clamp<std::size_t>(style.width, 60, 100) - margin)) out += std::string(margin, ' ') + line + "\n";
+  return out;
+}
+
+std::string values(const char* title, std::span<const ValueDoc> docs, const TextStyle& style) {
+  std::string out;
+  for (const ValueDoc& doc : docs) {
+    const std::string standard = doc.fallback.empty() ? "required" : fmt::format("default {}", doc.fallback);
+    out += paragraph(fmt::format("{} {}: {}; {} ({})", title, doc.name, doc.meaning, doc.shape, standard), 4, style);
+  }
+  return out;
+}
+
+void list_protocols(const TextStyle& style) {
+  for (const ProtocolEntry& entry : protocol_table()) {
+    fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
+    fmt::print("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style), paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style));
+    fmt::print("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
+  }
+}
+
+void list_topologies(const TextStyle& style) {
+  for (const TopologyEntry& entry : topology_table())
+    fmt::print("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style), paragraph(entry.form, 4, style));
+}
+
+void list_metrics(const TextStyle& style) {
+  for (const MetricEntry& entry : metric_table()) fmt::print("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
+}
+
+class ListVerb : public Verb {
+ public:
+  explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
+    document(app_,
+             "list what an experiment may use\n"
+             "protocols: each with its source, what it assumes, its parameters and initial values. topologies: graph families and schedules, and how "
+             "they are written. metrics: what can be measured and used in criteria.",
+             {{"consort list protocols", "The algorithms."}, {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
+             {{"0", "listed"}, {"2", "there is no such list"}});
+    app_.add_option("what", what_, "What to list.")->required()->type_name("protocols|topologies|metrics")->check(CLI::IsMember({"protocols", "topologies", "metrics"}));
+  }
+
+  Exit execute() override {
+    const TextStyle style = style_of(STDOUT_FILENO);
+    if (what_ == "protocols")
+      list_protocols(style);
+    else if (what_ == "topologies")
+      list_topologies(style);
+    else
+      list_metrics(style);
+    return Exit::ok;
+  }
+
+ private:
+  std::string what_;
+};
+
+}  // namespace
+
+std::unique_ptr<Verb> make_list_verb(CLI::App& parent) { return std::make_unique<ListVerb>(parent); }
+
+}  // namespace consort

@@ -1,0 +1,248 @@
+#include "orchestrator/cli_help.hpp"
+#include "orchestrator/cli_verbs.hpp"
+#include "orchestrator/host.hpp"
+#include "orchestrator/progress.hpp"
+#include "orchestrator/record.hpp"
+#include "orchestrator/results.hpp"
+#include "orchestrator/script.hpp"
+#include "orchestrator/table.hpp"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+namespace consort {
+namespace {
+
+std::atomic<int> g_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
+
+/// The number is all a handler may leave; the drivers look at it. Closing the terminal ends a run like SIGTERM.
+extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGTERM : number); }
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = keep_signal;   // without SA_RESTART: whoever waits in a system call wakes up
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
+}
+
+std::string random_name(const std::string& experiment) {
+  std::uint32_t word = 0;
+  if (::getrandom(&word, sizeof word, 0) != sizeof word) throw RunError("the kernel gives no random number for the name of the run");
+  return fmt::format("{}-{:08x}", experiment, word);
+}
+
+std::filesystem::path beside_this_program(const char* name) {
+  std::error_code failure;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
+  if (failure) throw RunError(fmt::format("cannot find where consort itself lies: {}", failure.message()));
+  return self.parent_path() / name;
+}
+
+/// Hands what the run reports to the record, to the results and to the person who waits.
+class Scribe : public RunObserver {
+ public:
+  Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
+      : experiment_(experiment), record_(std::in_place, output / "record.sqlite"), results_(experiment, output) {
+    if (!quiet) progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
+      fmt::print(stderr, "{}", text);
+      std::fflush(stderr);
+    });
+  }
+
+  void launching(std::size_t found, std::size_t ready, std::size_t total) override {
+    if (progress_) progress_->launching(found, ready, total);
+  }
+  void run_begins(const Job& job, const Layout&, const Layout& estimate_layout) override {
+    if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    record_->begin_run(job, experiment_, estimate_layout);
+    if (progress_) progress_->run_begins(job, estimate_layout.size());
+  }
+  void report(const Job& job, const RoundReport& report) override {
+    round_ = report.k;
+    record_->add(job, report);
+    if (progress_) progress_->report(job, report);
+  }
+  void event(const Job& job, Round round, const std::string& kind, const std::string& text) override {
+    record_->event(job, round, kind, text);
+    if (progress_) progress_->note(fmt::format("{} in round {}: {}", kind, round, text));
+  }
+  void run_ends(const JobOutcome& outcome) override {
+    record_->end_run(outcome);
+    results_.add(outcome);
+  }
+
+  void note(const std::string& text) {
+    if (progress_) progress_->note(text);
+  }
+  [[nodiscard]] Round round() const { return round_; }
+  void keep(const SessionTimes& times) { times_ = times; }
+  /// Everything is on the disk, and the live line is gone. Throws RunError if writing the record failed.
+  void close() {
+    if (progress_) progress_->finish();
+    record_->flush();
+    record_.reset();
+  }
+  /// As close(), after a failure: what cannot be written any more must not hide why the run failed.
+  void abandon() {
+    if (progress_) progress_->finish();
+    record_.reset();
+  }
+  [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
+
+ private:
+  const Experiment& experiment_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::optional<Record> record_;
+  Results results_;
+  std::optional<Progress> progress_;
+  SessionTimes times_;
+  Round round_ = 0;
+};
+
+class RunVerb : public Verb {
+ public:
+  RunVerb(CLI::App& parent, std::vector<std::string> command_line);
+  Exit execute() override;
+  Exit abandon(Exit exit, const std::string& error) override;
+
+ private:
+  void check_options() const;
+  std::filesystem::path make_output() const;
+  [[nodiscard]] RunOptions options() const;
+  void conclude(const Summary& summary) const;
+
+  std::vector<std::string> command_line_;
+  std::filesystem::path file_, output_option_;
+  std::string mode_, run_name_;
+  ScriptOverrides overrides_;
+  std::optional<int> domain_;
+  std::vector<std::uint32_t> external_;
+  bool json_ = false, quiet_ = false;
+
+  Experiment experiment_;
+  std::filesystem::path output_;
+  std::optional<Scribe> scribe_;   // there from the moment the output folder holds anything
+};
+
+RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
+    : Verb(*parent.add_subcommand("run", "")), command_line_(std::move(command_line)) {
+  document(app_,
+           "run an experiment\n"
+           "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
+           "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
+           "estimate (record.sqlite, see `consort export`) and one log per process (logs/). What the command line says wins over the file.",
+           {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
+            {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1", "A hundred simulations on all cores: mean ± std of each metric."},
+            {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
+            {"consort run ring.yaml --external 7 --name demo --domain 3",
+             "Everybody but agent 7, which is then started by hand: consort-agent --id 7 --run demo --domain 3"}},
+           {{"0", "all criteria are met"},
+            {"1", "a criterion was not met"},
+            {"2", "bad input: the command line or the experiment file; nothing was run"},
+            {"3", "an agent or the run failed; the text names it"},
+            {"4", "timed out; the text says who was missing or who waited for whom"},
+            {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
+  app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
+  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes. Default: the file's.")
+      ->type_name("MODE")
+      ->check(CLI::IsMember({"simulate", "lockstep"}));
+  app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
+  app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
+  app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")->type_name("N");
+  app_.add_option("--agents-per-process", overrides_.agents_per_process, "How many agents share a process; never changes a result. Default: the file's.")
+      ->type_name("K");
+  app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")->type_name("DIR");
+  app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table.");
+  app_.add_flag("--quiet", quiet_, "Nothing on standard error but mistakes and failures.");
+  app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")->type_name("RUN");
+  app_.add_option("--domain", domain_, "DDS domain, 0 to 230. Default: derived from the name.")->type_name("D")->check(CLI::Range(0, 230));
+  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated; they are waited for.")->type_name("IDS")->delimiter(',');
+}
+
+void RunVerb::check_options() const {
+  if (experiment_.mode == Mode::simulate && !external_.empty())
+    throw ConfigError("--external: found mode simulate; allowed: mode lockstep, where agents are processes");
+  for (const std::uint32_t id : external_) {
+    if (id < 1 || id > experiment_.agents)
+      throw ConfigError(fmt::format("--external: found agent {}; allowed: 1 to {}", id, experiment_.agents));
+  }
+}
+
+std::filesystem::path RunVerb::make_output() const {
+  if (output_option_.empty()) return create_results_folder("results", experiment_.name, std::time(nullptr));
+  claim_output_folder(output_option_);
+  return output_option_;
+}
+
+RunOptions RunVerb::options() const {
+  RunOptions options;
+  options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
+  options.domain = domain_.value_or(-1);
+  // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
+  if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
+  options.log_directory = output_ / "logs";
+  options.agent_executable = beside_this_program("consort-agent");
+  for (const std::uint32_t id : external_) options.external.push_back(AgentId{id});
+  options.interrupt = &g_signal;
+  return options;
+}
+
+Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
+
+Exit RunVerb::execute() {
+  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : Mode::lockstep;
+  experiment_ = load_experiment(file_, overrides_);
+  check_options();
+  catch_signals();
+  output_ = make_output();
+  std::filesystem::create_directory(output_ / "logs");
+  write_file(output_ / "experiment.yaml", experiment_.resolved_text);
+  write_file(output_ / "host.json", host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  scribe_.emplace(experiment_, output_, quiet_);
+  const RunOptions run_options = options();
+  if (!external_.empty())
+    scribe_->note(fmt::format("waiting for agent{} {}: consort-agent --id ID --run {} --domain {}", external_.size() == 1 ? "" : "s",
+                              fmt::join(external_, ", "), run_options.run_name, run_options.domain));
+  scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
+                                                   : run_processes(experiment_, run_options, *scribe_));
+  scribe_->close();
+  const int signal = g_signal.load();
+  const Summary summary =
+      signal == 0 ? scribe_->summary(Exit::ok, "")
+                  : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
+                                                                           signal == SIGINT ? "SIGINT" : "SIGTERM", scribe_->round(), experiment_.rounds));
+  conclude(summary);
+  scribe_.reset();
+  return summary.exit;
+}
+
+Exit RunVerb::abandon(Exit exit, const std::string& error) {
+  if (!scribe_) return exit;
+  // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
+  if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
+  scribe_->abandon();
+  conclude(scribe_->summary(exit, error));
+  return exit;
+}
+
+void RunVerb::conclude(const Summary& summary) const {
+  const std::string json = to_json(summary);
+  write_file(output_ / "summary.json", json);
+  fmt::print("{}", json_ ? json : render(summary, style_of(STDOUT_FILENO)));
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+std::unique_ptr<Verb> make_run_verb(CLI::App& parent, std::vector<std::string> command_line) {
+  return std::make_unique<RunVerb>(parent, std::move(command_line));
+}
+
+}  // namespace consort

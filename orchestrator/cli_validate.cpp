@@ -1,0 +1,93 @@
+#include "orchestrator/cli_help.hpp"
+#include "orchestrator/cli_verbs.hpp"
+
+#include "agent/registry.hpp"
+#include "orchestrator/portrait.hpp"
+#include "orchestrator/script.hpp"
+#include "orchestrator/theory.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace consort {
+namespace {
+
+const char* word_of(Finding::Verdict verdict) {
+  return verdict == Finding::Verdict::holds ? "holds" : verdict == Finding::Verdict::fails ? "fails" : "note";
+}
+
+nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<Finding>& findings) {
+  nlohmann::ordered_json json;
+  json["valid"] = true;
+  json["experiment"] = experiment.name;
+  json["mode"] = experiment.mode == Mode::simulate ? "simulate" : "lockstep";
+  json["seed"] = experiment.seed.value;
+  json["runs"] = experiment.runs;
+  json["rounds"] = experiment.rounds;
+  json["agents"] = experiment.agents;
+  json["agents_per_process"] = experiment.agents_per_process;
+  json["protocols"] = nlohmann::ordered_json::array();
+  for (const auto& protocol : experiment.protocols) json["protocols"].push_back(protocol.name);
+  json["topology"] = experiment.topology_text;
+  json["metrics"] = experiment.metrics;
+  json["criteria"] = experiment.criteria;
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& finding : findings)
+    json["findings"].push_back({{"verdict", word_of(finding.verdict)},
+                                {"condition", finding.condition},
+                                {"evidence", finding.evidence},
+                                {"consequence", finding.consequence}});
+  return json;
+}
+
+/// A file whose numbers a protocol refuses is invalid, although every key is in its place: builds each agent once.
+void try_protocols(const Experiment& experiment) {
+  for (const ProtocolChoice& choice : experiment.protocols) {
+    for (std::size_t i = 0; i < experiment.agents; ++i) {
+      const Values initial = experiment.initial_of(agent_at(i), experiment.seed);
+      find_protocol(choice.name).make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
+    }
+  }
+}
+
+class ValidateVerb : public Verb {
+ public:
+  explicit ValidateVerb(CLI::App& parent) : Verb(*parent.add_subcommand("validate", "")) {
+    document(app_,
+             "check an experiment and say what theory expects of it\n"
+             "Reads FILE as `consort run` would, without running it. Prints what it says, a picture of who hears whom (up to 24 agents), and the "
+             "conditions that theory asks of the topology schedule: connectivity in every round or over a window, balance, and what follows for "
+             "each protocol. A condition that fails is a finding, not an error.",
+             {{"consort validate experiments/meet_for_dinner.yaml", "The experiment in one page."},
+              {"consort validate ring.yaml --json | jq '.findings[] | select(.verdict == \"fails\")'", "Only what theory warns of."}},
+             {{"0", "the file is valid"}, {"2", "it is not; the text names file, line, column, what was found and what is allowed"}});
+    app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
+    app_.add_flag("--json", json_, "Print the findings as JSON.");
+  }
+
+  Exit execute() override {
+    const Experiment experiment = load_experiment(file_);
+    try_protocols(experiment);
+    const std::vector<Finding> findings = examine(experiment);
+    fmt::print("{}", json_ ? as_json(experiment, findings).dump(2) + "\n" : portrait(experiment, findings, style_of(STDOUT_FILENO)));
+    return Exit::ok;
+  }
+
+  Exit abandon(Exit exit, const std::string& error) override {
+    if (json_) fmt::print("{}\n", nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return exit;
+  }
+
+ private:
+  std::filesystem::path file_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Verb> make_validate_verb(CLI::App& parent) { return std::make_unique<ValidateVerb>(parent); }
+
+}  // namespace consort

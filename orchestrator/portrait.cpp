@@ -1,0 +1,134 @@
+#include "orchestrator/portrait.hpp"
+
+#include "agent/registry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace consort {
+namespace {
+
+constexpr std::size_t kLabelWidth = 11, kMostDrawn = 24;
+
+/// Text is broken for reading: as wide as the terminal, but not wider than 100 characters.
+std::size_t text_width(const TextStyle& style) { return std::clamp<std::size_t>(style.width, 60, 100); }
+
+std::string fact(const std::string& label, const std::string& text, const TextStyle& style) {
+  std::string out;
+  const auto lines = wrapped(text, text_width(style) - kLabelWidth - 4);
+  for (std::size_t i = 0; i < lines.size(); ++i) out += fmt::format("  {:<{}}  {}\n", i == 0 ? label : "", kLabelWidth, lines[i]);
+  return out;
+}
+
+std::string covariance_text(const Matrix& covariance) {
+  if (covariance.size() == 1) return fmt::format("{:g}", covariance(0, 0));
+  return fmt::format("{} of {} x {}", covariance.cols() == 1 ? "diagonal" : "matrix", covariance.rows(), covariance.rows());
+}
+
+std::string link_text(const LinkModel& links) {
+  const LinkSpec& standard = links.standard;
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  if (standard.loss_probability > 0.0) add(fmt::format("loss {:g}", standard.loss_probability));
+  if (standard.delay_rounds > 0) add(fmt::format("delay {} round{}", standard.delay_rounds, standard.delay_rounds == 1 ? "" : "s"));
+  if (standard.noise_covariance.size() > 0) add("noise covariance " + covariance_text(standard.noise_covariance));
+  if (text.empty()) text = "ideal";
+  if (!links.overrides.empty()) add(fmt::format("{} exception{}", links.overrides.size(), links.overrides.size() == 1 ? "" : "s"));
+  return text;
+}
+
+std::string event_text(const LinkEvent& event) {
+  std::string text = fmt::format("round {}: {}", event.round, event.heal ? "heal" : "cut");
+  constexpr std::size_t kShown = 4;
+  for (std::size_t i = 0; i < std::min(event.edges.size(), kShown); ++i)
+    text += fmt::format("{} {} -> {}", i == 0 ? "" : ",", event.edges[i].from.value, event.edges[i].to.value);
+  if (event.edges.size() > kShown) text += fmt::format(" and {} more", event.edges.size() - kShown);
+  return text;
+}
+
+std::string stop_text(const Experiment& experiment) {
+  std::string text = fmt::format("after {} rounds", grouped(experiment.rounds));
+  if (experiment.convergence)
+    text += fmt::format(", or when the disagreement is at most {:g} for {} round{}", experiment.convergence->disagreement,
+                        experiment.convergence->for_rounds, experiment.convergence->for_rounds == 1 ? "" : "s");
+  return text + fmt::format("; deadline {:g} s", experiment.deadline);
+}
+
+std::string facts(const Experiment& experiment, const TextStyle& style) {
+  const std::size_t processes = (experiment.agents + experiment.agents_per_process - 1) / experiment.agents_per_process;
+  std::string out;
+  out += fact("mode", experiment.mode == Mode::simulate ? "simulate, no processes" : fmt::format("lockstep, {} agent process{}", processes, processes == 1 ? "" : "es"), style);
+  out += fact("agents", fmt::format("{}", experiment.agents), style);
+  for (const ProtocolChoice& choice : experiment.protocols) {
+    const ProtocolEntry& entry = find_protocol(choice.name);
+    out += fact("protocol", fmt::format("{}: {}", choice.name, entry.summary), style);
+    out += fact("", fmt::format("{}", entry.source), style);
+    out += fact("", fmt::format("assumes: {}", entry.assumptions), style);
+  }
+  out += fact("topology", experiment.topology_text, style);
+  out += fact("links", link_text(experiment.links), style);
+  for (const LinkEvent& event : experiment.link_events) out += fact("event", event_text(event), style);
+  out += fact("ends", stop_text(experiment), style);
+  out += fact("seed", experiment.runs > 1 ? fmt::format("{} to {}, {} runs", experiment.seed.value, experiment.seed.value + experiment.runs - 1, experiment.runs)
+                                          : fmt::format("{}", experiment.seed.value),
+              style);
+  const Round interval = experiment.report_interval();
+  out += fact("record", interval == 1 ? "every round" : fmt::format("every {} rounds", interval), style);
+  for (std::size_t i = 0; i < experiment.criteria.size(); ++i) out += fact(i == 0 ? "criteria" : "", experiment.criteria[i], style);
+  return out;
+}
+
+std::string findings_text(const std::vector<Finding>& findings, const TextStyle& style) {
+  std::string out = "\n  " + toned("What theory says", Tone::strong, style) + "\n";
+  for (const Finding& finding : findings) {
+    const bool holds = finding.verdict == Finding::Verdict::holds, note = finding.verdict == Finding::Verdict::note;
+    const std::string mark = style.unicode ? (holds ? "✓" : note ? "·" : "✗") : (holds ? "+" : note ? "-" : "!");
+    const std::string head = finding.condition + (finding.evidence.empty() ? "" : ": " + finding.evidence);
+    const auto lines = wrapped(head, text_width(style) - 4);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      out += fmt::format("  {} {}\n", i == 0 ? toned(mark, holds ? Tone::good : note ? Tone::plain : Tone::bad, style) : " ", lines[i]);
+    if (finding.consequence.empty()) continue;
+    for (const auto& line : wrapped(finding.consequence, text_width(style) - 6)) out += "      " + toned(line, Tone::faint, style) + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string picture(const Experiment& experiment, const TextStyle& style) {
+  const std::size_t n = experiment.agents;
+  if (n > kMostDrawn) return "";
+  const Schedule schedule = experiment.schedule(experiment.seed);
+  const auto now = schedule.at(0);
+  const Graph ever = schedule.support(experiment.rounds);
+  const char* here = style.unicode ? "●" : "#";
+  const char* later = style.unicode ? "○" : "o";
+  const char* never = style.unicode ? "·" : ".";
+  std::string out = fmt::format("\n  {}: row i receives from the columns with {}{}\n", toned("Who hears whom", Tone::strong, style), here,
+                                ever == *now ? "" : fmt::format(" in round 0, with {} in another round", later));
+  out += "       ";
+  for (std::size_t j = 1; j <= n; ++j) out += fmt::format("{:>3}", j);
+  out += "\n";
+  for (std::size_t i = 1; i <= n; ++i) {
+    out += fmt::format("  {:>5}", i);
+    for (std::size_t j = 1; j <= n; ++j) {
+      const Edge edge{agent_at(j - 1), agent_at(i - 1)};
+      out += fmt::format("  {}", i == j ? " " : now->has(edge) ? here : ever.has(edge) ? later : never);
+    }
+    out += "\n";
+  }
+  return out;
+}
+
+std::string portrait(const Experiment& experiment, const std::vector<Finding>& findings, const TextStyle& style) {
+  std::string out = fmt::format("\n  {}\n", toned(experiment.name, Tone::strong, style));
+  if (!experiment.description.empty()) {
+    std::string description = experiment.description;
+    std::replace(description.begin(), description.end(), '\n', ' ');
+    for (const auto& line : wrapped(description, text_width(style) - 2)) out += fmt::format("  {}\n", toned(line, Tone::faint, style));
+  }
+  return out + "\n" + facts(experiment, style) + picture(experiment, style) + findings_text(findings, style);
+}
+
+}  // namespace consort
