@@ -13,7 +13,7 @@ namespace consort {
 struct LinkSpec {
   double loss_probability = 0.0;  ///< Bernoulli, in [0, 1]
   Round delay_rounds = 0;         ///< whole rounds
-  Matrix noise_covariance;        ///< in the squared unit of the disturbed message field
+  Matrix noise_covariance{};      ///< in the squared unit of the disturbed message field
   [[nodiscard]] bool ideal() const { return loss_probability == 0.0 && delay_rounds == 0 && noise_covariance.size() == 0; }
 };
 
