@@ -258,7 +258,7 @@ class Bench {
   void measure_simulation() {
     say("simulate: against a bare loop");
     const std::map<std::string, Aim> aims{{"kalman_pairs_10", {Aim::Of::ratio_at_least, 0.15}},
-                                          {"voting_complete_100", {Aim::Of::ratio_at_least, 0.05}}};
+                                          {"kalman_complete_100", {Aim::Of::ratio_at_least, 0.05}}};
     const Outcome outcome = run_command({(options_.programs / "simulate_bench").string(), "--benchmark_format=json"}, 300.0);
     if (outcome.exit_code != 0) {
       figures_.push_back({"simulate", std::nullopt, "rounds/s", std::nullopt, {}});

@@ -68,7 +68,9 @@ inline std::string escaped(std::string_view text) {
 namespace detail {
 
 inline std::string element(std::string_view name, std::string_view content) {
-  return "<" + std::string(name) + ">" + std::string(content) + "</" + std::string(name) + ">";
+  std::string result;
+  result.append("<").append(name).append(">").append(content).append("</").append(name).append(">");
+  return result;
 }
 
 inline std::string milliseconds(std::chrono::milliseconds length) { return std::to_string(length.count()) + "ms"; }
