@@ -41,8 +41,6 @@ std::optional<std::size_t> first_comparison(std::string_view text) {
 }
 
 std::size_t comparison_in(const std::string& text) {
-  const auto at = first_comparison(text);
-  if (!at) refuse(text, "no comparison");
   // muParser knows assignment; here it can only be a mistyped comparison.
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;
@@ -50,6 +48,8 @@ std::size_t comparison_in(const std::string& text) {
     const bool first = i + 1 < text.size() && text[i + 1] == '=';
     if (!second && !first) refuse(text, "'=' assigns; '==' compares");
   }
+  const auto at = first_comparison(text);
+  if (!at) refuse(text, "no comparison");
   return *at;
 }
 

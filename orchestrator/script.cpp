@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <sstream>
 
@@ -276,7 +277,7 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   out.description = header_comment(text);
   Places places;
   const Section top(mistakes, document, "", "");
-  mistakes.raise();   // with unknown or doubled keys at the top the rest would be guesswork
+  if (!top.is_map()) mistakes.raise();
   TopLevel reader(mistakes, top, overrides, out);
   reader.read_run();
   const YAML::Node agents = top.required("agents"), topology_node = top.required("topology");
@@ -300,9 +301,9 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
 
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || !(text << in.rdbuf())) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
-  return parse_experiment(text.str(), file.string(), file.parent_path(), overrides);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (std::filesystem::is_directory(file) || !in) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
+  return parse_experiment(text, file.string(), file.parent_path(), overrides);
 }
 
 }  // namespace consort
