@@ -4,7 +4,6 @@
 #include "core/errors.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace consort {
@@ -25,8 +24,7 @@ std::vector<AgentId> senders_of(const wire::Member& member, std::uint32_t agents
 }  // namespace
 
 Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send)
-    : protocol_name_(run.protocol),
-      agents_(run.agents),
+    : agents_(run.agents),
       dt_(run.dt),
       rounds_(run.rounds),
       report_interval_(run.report_interval),
@@ -108,7 +106,7 @@ void Lockstep::find_topology(Member& member) const {
 
 Sense Lockstep::sense_of(const Member& member) const {
   const Graph& graph = member.topology->graph;
-  return {.k = member.k, .dt = dt_, .in_neighbours = graph.in_neighbours(member.id), .out_degree = graph.out_degree(member.id), .y = {}};
+  return {.k = member.k, .dt = dt_, .in_neighbours = graph.in_neighbours(member.id), .out_degree = graph.out_degree(member.id), .y = {}, .self = member.id};
 }
 
 /// Gives one message to one member; notes when that was the last one its round waited for.
@@ -141,12 +139,6 @@ void Lockstep::emit(std::size_t index) {
 
 void Lockstep::report_state(Member& member) {
   member.protocol->estimate(member.estimate);
-  for (const double value : member.estimate) {
-    if (!std::isfinite(value)) {
-      throw RunError("agent " + std::to_string(member.id.value) + ", round " + std::to_string(member.k) + ": the estimate of " + protocol_name_ +
-                     " is not finite");
-    }
-  }
   member.hash.extend(member.estimate);
   if (member.k % report_interval_ != 0 && member.k != rounds_) return;
   const LinkCounters links = member.mailbox.counters();

@@ -25,7 +25,7 @@ class Lockstep {
   void grant(const wire::Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
   bool receive(const wire::Information& message);
-  /// Runs every round that can run now. Throws RunError naming agent, round and protocol on a non-finite estimate.
+  /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
   void advance();
 
   /// Every member has reached the grant's report point since the reports were last taken.
@@ -76,7 +76,6 @@ class Lockstep {
   void report_state(Member& member);
   void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload);
 
-  std::string protocol_name_;
   std::uint32_t agents_;
   Seconds dt_;
   Round rounds_, report_interval_;

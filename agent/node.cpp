@@ -151,9 +151,10 @@ void Node::begin_run(Lock& lock) {
   ready_said_ = finish_ = finished_ = false;
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
-  if (members_.size() != options_.agents.size()) {
-    throw ConfigError("this process hosts " + std::to_string(options_.agents.size()) + " agents, but the run assigns only " +
-                      std::to_string(members_.size()) + " of them; is --id right?");
+  const std::uint32_t process = options_.agents.front().value;
+  const bool placed_here = std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) { return member.process == process; });
+  if (members_.size() != options_.agents.size() || !placed_here) {
+    throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
   std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
   lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_, [this](std::size_t member, Round round, std::span<const double> payload) {

@@ -20,8 +20,8 @@ namespace consort {
 template <class Message>
 struct Heard {
   AgentId from;
-  Round sent = 0;        ///< round in which it was emitted
-  double weight = 1.0;   ///< w_ij of the edge it crossed
+  Round sent = 0;       ///< round in which it was emitted
+  double weight = 1.0;  ///< w_ij of the edge it crossed
   Message message;
 };
 /// Ascending by sender. A message the link lost is absent.
@@ -34,26 +34,27 @@ concept MessageSpec = std::default_initializable<M> && std::copyable<M> && requi
   M::fields(message);
   M::fields(constant);
   { M::noisy_field } -> std::convertible_to<std::string_view>;
-  requires std::tuple_size_v<decltype(M::fields(message))> == std::tuple_size_v<std::remove_cvref_t<decltype(M::field_names)>>;
+  requires std::tuple_size_v<decltype(M::fields(message))>
+  == std::tuple_size_v<std::remove_cvref_t<decltype(M::field_names)>>;
 };
 
 /// A whole algorithm: five pure static functions and what there is to say about it.
 template <class P>
 concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typename P::State> && std::copyable<typename P::Params> &&
-                       requires(const typename P::Params& p, const typename P::State& s, const Values& values, const Setup& setup,
-                                const Sense& sense, HeardInbox<typename P::Message> inbox, Eigen::Index n) {
-                         { P::name } -> std::convertible_to<std::string_view>;
-                         { P::summary } -> std::convertible_to<std::string_view>;
-                         { P::source } -> std::convertible_to<std::string_view>;
-                         { P::assumptions } -> std::convertible_to<std::string_view>;
-                         std::span<const ValueDoc>(P::parameters);
-                         std::span<const ValueDoc>(P::initial);
-                         { P::params(values, n) } -> std::same_as<typename P::Params>;
-                         { P::init(p, setup) } -> std::same_as<typename P::State>;
-                         { P::message(p, s, sense) } -> std::same_as<typename P::Message>;
-                         { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
-                         Vector(P::estimate(s));
-                       };
+    requires(const typename P::Params& p, const typename P::State& s, const Values& values, const Setup& setup, const Sense& sense,
+             HeardInbox<typename P::Message> inbox, Eigen::Index n) {
+  { P::name } -> std::convertible_to<std::string_view>;
+  { P::summary } -> std::convertible_to<std::string_view>;
+  { P::source } -> std::convertible_to<std::string_view>;
+  { P::assumptions } -> std::convertible_to<std::string_view>;
+  std::span<const ValueDoc>(P::parameters);
+  std::span<const ValueDoc>(P::initial);
+  { P::params(values, n) } -> std::same_as<typename P::Params>;
+  { P::init(p, setup) } -> std::same_as<typename P::State>;
+  { P::message(p, s, sense) } -> std::same_as<typename P::Message>;
+  { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
+  Vector(P::estimate(s));
+};
 
 namespace detail {
 
@@ -65,7 +66,7 @@ void put(double*& to, const Eigen::MatrixBase<Derived>& value) {
 }
 inline void get(const double*& from, double& value) { value = *from++; }
 template <class Derived>
-void get(const double*& from, Eigen::MatrixBase<Derived>& value) {   // `value` has its shape already
+void get(const double*& from, Eigen::MatrixBase<Derived>& value) {  // `value` has its shape already
   value = Eigen::Map<const typename Derived::PlainObject>(from, value.rows(), value.cols());
   from += value.size();
 }
@@ -79,7 +80,12 @@ Field field(std::string_view name, const Eigen::MatrixBase<Derived>& value) {
 template <MessageSpec M>
 Layout layout_of(const M& message) {
   Layout layout;
-  std::apply([&](const auto&... value) { std::size_t i = 0; (layout.fields.push_back(field(M::field_names[i++], value)), ...); }, M::fields(message));
+  std::apply(
+      [&](const auto&... value) {
+        std::size_t i = 0;
+        (layout.fields.push_back(field(M::field_names[i++], value)), ...);
+      },
+      M::fields(message));
   for (const Field& field : layout.fields) {
     if (field.name == M::noisy_field) {
       layout.noise_size = field.size();
@@ -111,8 +117,11 @@ class ProtocolOf final : public Protocol {
  public:
   /// Throws ConfigError on an unknown parameter and whatever `P::params` and `P::init` refuse.
   ProtocolOf(const Values& parameters, const Setup& setup)
-      : self_(setup.self), params_((detail::require_known(P::name, parameters, P::parameters), P::params(parameters, dimension_of(setup)))),
-        state_(P::init(params_, setup)), prototype_(P::message(params_, state_, Sense{})), message_layout_(detail::layout_of(prototype_)) {
+      : self_(setup.self),
+        params_((detail::require_known(P::name, parameters, P::parameters), P::params(parameters, dimension_of(setup)))),
+        state_(P::init(params_, setup)),
+        prototype_(P::message(params_, state_, Sense{})),
+        message_layout_(detail::layout_of(prototype_)) {
     estimate_layout_.fields = {{"x", static_cast<std::size_t>(P::estimate(state_).size()), 1}};
   }
 
@@ -147,15 +156,16 @@ class ProtocolOf final : public Protocol {
  private:
   static Eigen::Index dimension_of(const Setup& setup) { return setup.initial.vector("x").size(); }
   [[noreturn]] void refuse_estimate(Round k) const {
-    throw RunError(std::string(P::name) + ": agent " + std::to_string(self_.value) + ", round " + std::to_string(k) + ": the estimate is no longer finite");
+    throw RunError(std::string(P::name) + ": agent " + std::to_string(self_.value) + ", round " + std::to_string(k) +
+                   ": the estimate is no longer finite");
   }
 
   AgentId self_;
   typename P::Params params_;
   typename P::State state_;
-  Message prototype_;   // has the shapes of every message
+  Message prototype_;  // has the shapes of every message
   Layout message_layout_, estimate_layout_;
-  std::vector<Heard<Message>> heard_;   // grows to the largest inbox seen, then is reused
+  std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused
 };
 
 }  // namespace consort

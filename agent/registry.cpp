@@ -13,15 +13,23 @@ namespace {
 /// The instantiation for the dimension of the initial x: sizes known to the compiler where they are common.
 template <template <int> class P>
 std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
-  if (!setup.initial.has("x")) throw ConfigError("protocol " + std::string(P<1>::name) + ": agent " + std::to_string(setup.self.value) + " has no initial x");
+  if (!setup.initial.has("x"))
+    throw ConfigError("protocol " + std::string(P<1>::name) + ": agent " + std::to_string(setup.self.value) + " has no initial x");
   switch (setup.initial.vector("x").size()) {
-    case 1: return std::make_unique<ProtocolOf<P<1>>>(parameters, setup);
-    case 2: return std::make_unique<ProtocolOf<P<2>>>(parameters, setup);
-    case 3: return std::make_unique<ProtocolOf<P<3>>>(parameters, setup);
-    case 4: return std::make_unique<ProtocolOf<P<4>>>(parameters, setup);
-    case 6: return std::make_unique<ProtocolOf<P<6>>>(parameters, setup);
-    case 8: return std::make_unique<ProtocolOf<P<8>>>(parameters, setup);
-    default: return std::make_unique<ProtocolOf<P<Eigen::Dynamic>>>(parameters, setup);
+    case 1:
+      return std::make_unique<ProtocolOf<P<1>>>(parameters, setup);
+    case 2:
+      return std::make_unique<ProtocolOf<P<2>>>(parameters, setup);
+    case 3:
+      return std::make_unique<ProtocolOf<P<3>>>(parameters, setup);
+    case 4:
+      return std::make_unique<ProtocolOf<P<4>>>(parameters, setup);
+    case 6:
+      return std::make_unique<ProtocolOf<P<6>>>(parameters, setup);
+    case 8:
+      return std::make_unique<ProtocolOf<P<8>>>(parameters, setup);
+    default:
+      return std::make_unique<ProtocolOf<P<Eigen::Dynamic>>>(parameters, setup);
   }
 }
 

@@ -91,6 +91,7 @@ consort_wire_LinkRule link_rule(std::uint32_t from, const LinkSpec& spec) {
 consort_wire_MemberAssignment member_assignment(const Member& member, Arena& arena) {
   consort_wire_MemberAssignment out{};
   out.agent = member.agent.value;
+  out.process = member.process;
   out.initial = convert_all<decltype(out.initial)>(member.initial.entries(), arena, named_array);
   out.parameters = convert_all<decltype(out.parameters)>(member.parameters.entries(), arena, named_array);
   out.hears_everyone = member.hears_everyone;
@@ -210,6 +211,7 @@ LinkSpec link_spec(const consort_wire_LinkRule& rule) {
 Member member(const consort_wire_MemberAssignment& in) {
   Member out;
   out.agent = agent_id(in.agent, "member.agent");
+  out.process = agent_id(in.process, "member.process").value;
   out.initial = named_arrays(in.initial, "member.initial");
   out.parameters = named_arrays(in.parameters, "member.parameters");
   out.hears_everyone = in.hears_everyone;

@@ -19,6 +19,7 @@ namespace consort::wire {
 /// What one agent is told at the start of a run.
 struct Member {
   AgentId agent;
+  std::uint32_t process = 0;          ///< lowest id among the agents hosted together with it
   Values initial;
   Values parameters;                  ///< on top of the common ones
   bool hears_everyone = false;        ///< every other agent may be an in-neighbour

@@ -149,6 +149,7 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
     const AgentId agent = agent_at(index);
     wire::Member member;
     member.agent = agent;
+    member.process = placement_.processes[placement_.process_of[index]].agents.front().value;
     member.initial = experiment_.initial_of(agent, job.seed);
     if (const auto override = experiment_.overrides.find(agent); override != experiment_.overrides.end()) member.parameters = override->second.parameters;
     member.hears_everyone = hears_everyone(placement_, agent);

@@ -11,8 +11,8 @@
 /// Assumes: P_i(0) > 0; the union of the graphs over bounded windows has a spanning tree (Theorem 3.9). On a graph that is not
 /// balanced the value agreed on is biased towards agents with many listeners.
 /// g_ij is the weight of the edge, 1 unless the topology says otherwise. nu_ij is the link's noise, which disturbs x only.
-/// A missing message is an absent term in both sums. With Q = Omega = 0 every P falls geometrically: a run of many hundred rounds
-/// ends in a RunError when P leaves the range of double.
+/// A missing message is an absent term in both sums. With Omega = 0 every P keeps falling, geometrically with two or more
+/// in-neighbours whatever Q: a run of many hundred rounds then ends in a RunError when P leaves the range of double.
 
 #include "agent/protocol_adapter.hpp"
 
@@ -28,8 +28,9 @@ struct KalmanConsensus {
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q added to P_i each round"},
       ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0", "communication covariance Omega added to every P_j heard"},
       ValueDoc{"self_term", "0 or 1", "0", "1: the sum in (4) includes j = i, the letter of the publication"}};
-  static constexpr std::array initial{ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
-                                      ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of x_i(0), > 0"}};
+  static constexpr std::array initial{
+      ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
+      ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of x_i(0), > 0"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
   using Mat = Eigen::Matrix<double, N, N>;

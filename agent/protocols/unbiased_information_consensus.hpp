@@ -38,7 +38,7 @@ struct UnbiasedInformationConsensus {
   struct Message {
     Vec x;
     Mat Y;
-    double mu;   ///< listeners of the sender in the round of sending
+    double mu;  ///< listeners of the sender in the round of sending
     static constexpr std::array<std::string_view, 3> field_names{"x", "Y", "out_degree"};
     static constexpr std::string_view noisy_field = "x";
     static auto fields(auto& m) { return std::tie(m.x, m.Y, m.mu); }

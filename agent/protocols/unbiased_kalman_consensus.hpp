@@ -26,9 +26,11 @@ struct UnbiasedKalmanConsensus {
   static constexpr std::string_view assumptions = "strongly connected in every round; no loss; Omega = 0 for no bias";
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q added to P_i each round"},
-      ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0", "communication covariance Omega added to every mu_j P_j heard"}};
-  static constexpr std::array initial{ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
-                                      ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of x_i(0), > 0"}};
+      ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0",
+               "communication covariance Omega added to every mu_j P_j heard"}};
+  static constexpr std::array initial{
+      ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
+      ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of x_i(0), > 0"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
   using Mat = Eigen::Matrix<double, N, N>;
@@ -42,13 +44,15 @@ struct UnbiasedKalmanConsensus {
   struct Message {
     Vec x;
     Mat P;
-    double mu;   ///< listeners of the sender in the round of sending
+    double mu;  ///< listeners of the sender in the round of sending
     static constexpr std::array<std::string_view, 3> field_names{"x", "P", "out_degree"};
     static constexpr std::string_view noisy_field = "x";
     static auto fields(auto& m) { return std::tie(m.x, m.P, m.mu); }
   };
 
-  static Params params(const Values& values, Eigen::Index n) { return {values.covariance("Q", n, 0.0), values.covariance("Omega", n, 0.0)}; }
+  static Params params(const Values& values, Eigen::Index n) {
+    return {values.covariance("Q", n, 0.0), values.covariance("Omega", n, 0.0)};
+  }
   static State init(const Params&, const Setup& setup) {
     const Vec x = setup.initial.vector("x");
     return {x, setup.initial.covariance("P", x.size(), 1.0, true)};

@@ -1,0 +1,209 @@
+/// The agents' rounds without any transport: messages handed over in every possible disorder give simulate()'s run, bit for bit.
+
+#include "agent/lockstep.hpp"
+
+#include "core/errors.hpp"
+#include "sim/world.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+namespace consort {
+namespace {
+
+Experiment experiment_of(std::size_t agents, Round rounds, const std::string& protocol) {
+  Experiment experiment;
+  experiment.name = "shuffled";
+  experiment.agents = agents;
+  experiment.rounds = rounds;
+  experiment.dt = 0.1;
+  experiment.seed = Seed{5};
+  ProtocolChoice choice{protocol, {}};
+  if (protocol != "local_voting") {
+    choice.parameters.set("Q", 0.1);
+    choice.parameters.set("Omega", 0.1);
+  }
+  experiment.protocols = {choice};
+  experiment.initial = {{"x", {PerAgent::Uniform{5, 7, 2}}}};
+  experiment.topology = RandomPairs{1, 4};
+  experiment.report_every = 3;
+  experiment.links.standard.loss_probability = 0.2;
+  experiment.links.standard.noise_covariance = Matrix::Constant(1, 1, 0.1);
+  LinkSpec late;
+  late.delay_rounds = 3;
+  experiment.links.overrides[{AgentId{1}, AgentId{2}}] = late;
+  return experiment;
+}
+
+/// Several Lockstep objects that exchange messages through a bag from which any message may come next, twice now and then.
+class Shuffled {
+ public:
+  Shuffled(const Experiment& experiment, std::size_t per_process, Seed order) : experiment_(experiment), draws_(order.stream(Purpose("shuffle"))) {
+    const Graph support = experiment.schedule(experiment.seed).support(experiment.rounds);
+    wire::Assignment run;
+    run.epoch = 1;
+    run.seed = experiment.seed;
+    run.protocol = experiment.protocols[0].name;
+    run.parameters = experiment.protocols[0].parameters;
+    run.agents = static_cast<std::uint32_t>(experiment.agents);
+    run.dt = experiment.dt;
+    run.rounds = experiment.rounds;
+    run.report_interval = experiment.report_interval();
+    run.window = 1000;
+    run.standard_link = experiment.links.standard;
+    for (std::size_t first = 0; first < experiment.agents; first += per_process) {
+      std::vector<wire::Member> members;
+      for (std::size_t i = first; i < std::min(experiment.agents, first + per_process); ++i) {
+        wire::Member member;
+        member.agent = agent_at(i);
+        member.initial = experiment.initial_of(member.agent, experiment.seed);
+        for (const Neighbour& neighbour : support.in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
+        for (const auto& [edge, link] : experiment.links.overrides) {
+          if (edge.to == member.agent) member.links.overrides.emplace(edge, link);
+        }
+        members.push_back(std::move(member));
+      }
+      processes_.push_back(std::make_unique<Lockstep>(run, members, [this, first](std::size_t member, Round round, std::span<const double> payload) {
+        bag_.push_back({agent_at(first + member), round, {payload.begin(), payload.end()}});
+      }));
+    }
+  }
+
+  Trace run() {
+    const Schedule schedule = experiment_.schedule(experiment_.seed);
+    Round granted = 0;
+    std::uint32_t number = 0;
+    while (granted < experiment_.rounds) {
+      wire::Grant grant{1, std::min<Round>(experiment_.rounds, granted + 1 + static_cast<Round>(draws_.below(20))), 0, {}};
+      grant.report_at = grant.until;
+      while (stated_ < grant.until) {
+        const auto segment = schedule.segment(stated_);
+        grant.segments.push_back({stated_, number++ % 64, segment.graph->edges()});
+        stated_ = segment.last >= experiment_.rounds ? experiment_.rounds : segment.last + 1;
+      }
+      granted = grant.until;
+      for (const auto& process : processes_) {
+        process->grant(grant);
+        process->advance();
+      }
+      empty_the_bag();
+    }
+    return trace();
+  }
+
+ private:
+  struct Message {
+    AgentId from;
+    Round round;
+    std::vector<double> values;
+  };
+
+  void empty_the_bag() {
+    while (!bag_.empty()) {
+      const std::size_t pick = draws_.below(bag_.size());
+      const Message message = bag_[pick];
+      if (draws_.below(4) != 0) {   // else it stays and comes again
+        bag_[pick] = std::move(bag_.back());
+        bag_.pop_back();
+      }
+      for (const auto& process : processes_) {
+        process->receive({1, message.from, message.round, message.values});
+        process->advance();
+      }
+    }
+  }
+
+  Trace trace() {
+    std::map<Round, std::map<AgentId, std::pair<std::vector<double>, std::uint64_t>>> rows;
+    Trace trace;
+    trace.agents = experiment_.agents;
+    std::map<Round, std::vector<AgentCounters>> counters;
+    for (const auto& process : processes_) {
+      trace.dimension = process->protocol(0).estimate_layout().size();
+      for (const wire::MemberReport& report : process->take_reports()) {
+        for (std::size_t r = 0; r < report.rounds.size(); ++r) {
+          const auto begin = report.estimates.begin() + static_cast<std::ptrdiff_t>(r * trace.dimension);
+          rows[report.rounds[r]][report.agent] = {{begin, begin + static_cast<std::ptrdiff_t>(trace.dimension)}, report.hashes[r]};
+          counters[report.rounds[r]].push_back(report.counters[r]);
+        }
+      }
+    }
+    for (const auto& [round, row] : rows) {
+      std::vector<double> estimates;
+      std::vector<std::uint64_t> hashes;
+      for (const auto& [agent, entry] : row) {
+        estimates.insert(estimates.end(), entry.first.begin(), entry.first.end());
+        hashes.push_back(entry.second);
+      }
+      trace.add({round, estimates, hashes, counters[round]});
+    }
+    return trace;
+  }
+
+  const Experiment& experiment_;
+  Stream draws_;
+  std::vector<std::unique_ptr<Lockstep>> processes_;
+  std::vector<Message> bag_;
+  Round stated_ = 0;
+};
+
+TEST(Lockstep, AnyOrderOfArrivalGivesTheSimulatedRun) {
+  for (const char* protocol : {"local_voting", "kalman_consensus", "unbiased_kalman_consensus", "unbiased_information_consensus"}) {
+    Experiment experiment = experiment_of(7, 60, protocol);
+    if (std::string_view(protocol) == "unbiased_information_consensus") experiment.protocols[0].parameters = {};
+    const Trace simulated = simulate(experiment, experiment.protocols[0], experiment.seed);
+    for (std::uint64_t order = 0; order < 20; ++order) {
+      SCOPED_TRACE(std::string(protocol) + ", order " + std::to_string(order));
+      const Trace shuffled = Shuffled(experiment, 1 + order % 3, Seed{order}).run();
+      EXPECT_EQ(shuffled.hash, simulated.hash);
+      EXPECT_EQ(shuffled.rounds, simulated.rounds);
+      EXPECT_EQ(shuffled.estimates, simulated.estimates);
+      EXPECT_EQ(shuffled.totals.delivered, simulated.totals.delivered);
+      EXPECT_EQ(shuffled.totals.lost, simulated.totals.lost);
+    }
+  }
+}
+
+TEST(Lockstep, AGrantThatNamesAnUnstatedGraphIsAnError) {
+  Experiment experiment = experiment_of(2, 5, "local_voting");
+  wire::Assignment run;
+  run.seed = experiment.seed;
+  run.protocol = "local_voting";
+  run.agents = 2;
+  run.rounds = 5;
+  wire::Member member;
+  member.agent = AgentId{1};
+  member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
+  member.in_neighbours = {AgentId{2}};
+  Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
+  EXPECT_THROW(lockstep.grant({1, 5, 5, {{0, 3, {}}}}), RunError);
+}
+
+TEST(Lockstep, SaysWhomTheSlowestAgentWaitsFor) {
+  Experiment experiment = experiment_of(3, 5, "local_voting");
+  wire::Assignment run;
+  run.seed = experiment.seed;
+  run.protocol = "local_voting";
+  run.agents = 3;
+  run.rounds = 5;
+  run.window = 10;
+  wire::Member member;
+  member.agent = AgentId{1};
+  member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
+  member.in_neighbours = {AgentId{2}, AgentId{3}};
+  Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
+  lockstep.grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
+  lockstep.advance();
+  const std::vector<double> values{1.0, 2.0};
+  EXPECT_TRUE(lockstep.receive({1, AgentId{2}, 0, values}));
+  const auto slowest = lockstep.slowest();
+  EXPECT_EQ(slowest.agent, AgentId{1});
+  EXPECT_EQ(slowest.round, 0u);
+  EXPECT_EQ(slowest.waiting_for, std::vector<AgentId>{AgentId{3}});
+  EXPECT_FALSE(lockstep.receive({1, AgentId{9}, 0, values})) << "nobody hears an agent beyond the run's";
+}
+
+}  // namespace
+}  // namespace consort

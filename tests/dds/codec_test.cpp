@@ -1,0 +1,198 @@
+/// Round trips of every type on the wire, and the refusal of every sample that breaks a bound of consort.idl.
+
+#include "idl/codec.hpp"
+
+#include "core/errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace consort::wire {
+namespace {
+
+Assignment some_assignment() {
+  Assignment in;
+  in.part = 1;
+  in.parts = 3;
+  in.epoch = 7;
+  in.seed = Seed{0xFFFFFFFFFFFFFFFFULL};
+  in.protocol = "kalman_consensus";
+  in.agents = 12;
+  in.dt = 0.25;
+  in.rounds = 300;
+  in.report_interval = 4;
+  in.window = 64;
+  in.parameters.set("Q", 0.1);
+  in.standard_link.loss_probability = 0.5;
+  in.standard_link.noise_covariance = Matrix::Identity(2, 2);
+  Member member;
+  member.agent = AgentId{3};
+  member.process = 3;
+  member.initial.set("x", Matrix::Constant(2, 1, 1.5));
+  member.parameters.set("Omega", Matrix::Identity(2, 2));
+  member.in_neighbours = {AgentId{1}, AgentId{12}};
+  member.remote_readers = 2;
+  LinkSpec late;
+  late.delay_rounds = 9;
+  member.links.overrides[{AgentId{1}, AgentId{3}}] = late;
+  Member deaf;
+  deaf.agent = AgentId{4};
+  deaf.process = 3;
+  deaf.hears_everyone = true;
+  in.members = {member, deaf};
+  return in;
+}
+
+TEST(Codec, AssignmentSurvivesTheRoundTrip) {
+  const Assignment in = some_assignment();
+  Arena arena;
+  const Assignment out = decode(encode(in, arena));
+  EXPECT_EQ(out.part, 1u);
+  EXPECT_EQ(out.parts, 3u);
+  EXPECT_EQ(out.epoch, 7u);
+  EXPECT_EQ(out.seed, in.seed);
+  EXPECT_EQ(out.protocol, in.protocol);
+  EXPECT_EQ(out.agents, 12u);
+  EXPECT_EQ(out.dt, 0.25);
+  EXPECT_EQ(out.rounds, 300u);
+  EXPECT_EQ(out.report_interval, 4u);
+  EXPECT_EQ(out.window, 64u);
+  EXPECT_EQ(out.parameters.scalar("Q"), 0.1);
+  EXPECT_EQ(out.standard_link.loss_probability, 0.5);
+  EXPECT_EQ(out.standard_link.noise_covariance, in.standard_link.noise_covariance);
+  ASSERT_EQ(out.members.size(), 2u);
+  EXPECT_EQ(out.members[0].agent, AgentId{3});
+  EXPECT_EQ(out.members[1].process, 3u);
+  EXPECT_EQ(*out.members[0].initial.find("x"), *in.members[0].initial.find("x"));
+  EXPECT_EQ(*out.members[0].parameters.find("Omega"), *in.members[0].parameters.find("Omega"));
+  EXPECT_EQ(out.members[0].in_neighbours, in.members[0].in_neighbours);
+  EXPECT_EQ(out.members[0].remote_readers, 2u);
+  EXPECT_EQ(out.members[0].links.overrides.at({AgentId{1}, AgentId{3}}).delay_rounds, 9u);
+  EXPECT_TRUE(out.members[1].hears_everyone);
+}
+
+TEST(Codec, GrantSurvivesTheRoundTripWithAndWithoutWeights) {
+  const std::vector<WeightedEdge> plain{{{AgentId{1}, AgentId{2}}, 1.0}, {{AgentId{2}, AgentId{1}}, 1.0}};
+  const std::vector<WeightedEdge> weighted{{{AgentId{1}, AgentId{2}}, 0.5}};
+  Arena arena;
+  const Grant out =
+      decode(encode(Grant{2, 50, 25, {{0, 1, plain}, {10, 2, weighted}, {20, 1, {}}, {30, 3, std::vector<WeightedEdge>{}}}}, arena));
+  EXPECT_EQ(out.epoch, 2u);
+  EXPECT_EQ(out.until, 50u);
+  EXPECT_EQ(out.report_at, 25u);
+  ASSERT_EQ(out.segments.size(), 4u);
+  EXPECT_EQ(out.segments[0].stated, plain);
+  EXPECT_EQ(out.segments[1].stated, weighted);
+  EXPECT_FALSE(out.segments[2].stated.has_value()) << "a graph stated before is only named";
+  EXPECT_TRUE(out.segments[3].stated.has_value()) << "a graph without edges is a graph";
+}
+
+TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
+  Arena arena;
+  EXPECT_EQ(decode(encode(Command{4, Order::finish}, arena)).order, Order::finish);
+  const consort::Layout message{{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, estimate{{{"x", 2, 1}}, 0, 0};
+  const Layouts layouts = decode(encode(Layouts{AgentId{5}, 6, message, estimate}, arena));
+  EXPECT_EQ(layouts.message, message);
+  EXPECT_EQ(layouts.estimate, estimate);
+  Presence presence{3, 4, State::status, 99, "host", {AgentId{3}, AgentId{4}}, 17, AgentId{4}, {AgentId{1}}, std::string(600, 'n')};
+  const Presence present = decode(encode(presence, arena));
+  EXPECT_EQ(present.agents, presence.agents);
+  EXPECT_EQ(present.waiting_for, presence.waiting_for);
+  EXPECT_EQ(present.note, std::string(511, 'n')) << "a note is cut, not refused";
+  Telemetry telemetry{3, 4, true, {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}}}, {{{AgentId{1}, AgentId{3}}, 8, 9}}};
+  const Telemetry told = decode(encode(telemetry, arena));
+  ASSERT_EQ(told.members.size(), 1u);
+  EXPECT_EQ(told.members[0].rounds, telemetry.members[0].rounds);
+  EXPECT_EQ(told.members[0].estimates, telemetry.members[0].estimates);
+  EXPECT_EQ(told.members[0].hashes, telemetry.members[0].hashes);
+  EXPECT_EQ(told.members[0].counters[1].lost, 6u);
+  ASSERT_EQ(told.links.size(), 1u);
+  EXPECT_EQ(told.links[0].lost, 9u);
+  const std::vector<double> values{1.0, -0.0};
+  const Information information = decode(encode(Information{1, AgentId{2}, 3, values}));
+  EXPECT_EQ(information.values.data(), values.data()) << "a view, not a copy";
+}
+
+TEST(Codec, ANameThatDoesNotFitIsTheWritersMistake) {
+  Assignment in = some_assignment();
+  in.protocol = std::string(64, 'p');
+  Arena arena;
+  EXPECT_THROW(encode(in, arena), ConfigError);
+}
+
+template <class Change>
+void expect_assignment_refused(const char* what, Change change) {
+  SCOPED_TRACE(what);
+  const Assignment in = some_assignment();
+  Arena arena;
+  consort_wire_Assignment sample = encode(in, arena);
+  change(sample);
+  EXPECT_THROW(decode(sample), Rejected);
+}
+
+TEST(Codec, RefusesAssignmentsThatBreakABound) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_assignment_refused("part beyond parts", [](auto& s) { s.part = 3; });
+  expect_assignment_refused("no parts", [](auto& s) { s.parts = 0; });
+  expect_assignment_refused("no agents", [](auto& s) { s.agents = 0; });
+  expect_assignment_refused("absurd number of agents", [](auto& s) { s.agents = 4'000'000'000u; });
+  expect_assignment_refused("dt zero", [](auto& s) { s.dt = 0; });
+  expect_assignment_refused("dt not a number", [&](auto& s) { s.dt = nan; });
+  expect_assignment_refused("report interval zero", [](auto& s) { s.report_interval = 0; });
+  expect_assignment_refused("probability above one", [](auto& s) { s.standard_link.loss_probability = 1.5; });
+  expect_assignment_refused("probability not a number", [&](auto& s) { s.standard_link.loss_probability = nan; });
+  expect_assignment_refused("noise of the wrong shape", [](auto& s) { s.standard_link.noise_rows = 3; });
+  expect_assignment_refused("values and shape differ", [](auto& s) { s.members._buffer[0].initial._buffer[0].rows = 5; });
+  expect_assignment_refused("an id of zero", [](auto& s) { s.members._buffer[0].agent = 0; });
+  expect_assignment_refused("an id beyond the agents", [](auto& s) { s.members._buffer[0].agent = 13; });
+  expect_assignment_refused("neighbours out of order", [](auto& s) { s.members._buffer[0].in_neighbours._buffer[0] = 12; });
+  expect_assignment_refused("absurd delay", [](auto& s) { s.members._buffer[0].links._buffer[0].delay_rounds = 1'000'000; });
+  expect_assignment_refused("a value without a name", [](auto& s) { s.members._buffer[0].initial._buffer[0].name[0] = '\0'; });
+}
+
+TEST(Codec, RefusesOtherSamplesThatBreakABound) {
+  Arena arena;
+  const double infinity = std::numeric_limits<double>::infinity();
+  auto command = encode(Command{1, Order::status}, arena);
+  command.kind = 9;
+  EXPECT_THROW(decode(command), Rejected);
+
+  auto grant = encode(Grant{1, 5, 5, {{0, 0, std::vector<WeightedEdge>{{{AgentId{1}, AgentId{2}}, 0.5}}}}}, arena);
+  grant.report_at = 6;
+  EXPECT_THROW(decode(grant), Rejected);
+  grant.report_at = 5;
+  grant.segments._buffer[0].weights._buffer[0] = -1.0;
+  EXPECT_THROW(decode(grant), Rejected);
+  grant.segments._buffer[0].weights._buffer[0] = 1.0;
+  grant.segments._buffer[0].edges._buffer[1] = 1;
+  EXPECT_THROW(decode(grant), Rejected) << "a self-loop";
+  grant.segments._buffer[0].edges._buffer[1] = 2;
+  grant.segments._buffer[0].graph = 1u << 30;
+  EXPECT_THROW(decode(grant), Rejected) << "a graph number that would take all memory";
+
+  const std::vector<double> values{1.0, infinity};
+  EXPECT_THROW(decode(encode(Information{1, AgentId{2}, 3, values})), Rejected);
+  auto information = encode(Information{1, AgentId{2}, 3, std::span(values).first(1)});
+  information.sender = 0;
+  EXPECT_THROW(decode(information), Rejected);
+
+  const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}};
+  auto telemetry = encode(Telemetry{3, 4, false, {report}, {}}, arena);
+  telemetry.members._buffer[0].hashes._length = 1;
+  EXPECT_THROW(decode(telemetry), Rejected);
+  telemetry.members._buffer[0].hashes._length = 2;
+  telemetry.members._buffer[0].estimates._length = 1;
+  EXPECT_THROW(decode(telemetry), Rejected);
+
+  auto layout = encode(Layouts{AgentId{5}, 6, {{{"x", 2, 1}}, 0, 2}, {}}, arena);
+  layout.noise_size = 3;
+  EXPECT_THROW(decode(layout), Rejected);
+
+  auto presence = encode(Presence{3, 4, State::hello, 99, "host", {AgentId{3}, AgentId{4}}, 0, {}, {}, ""}, arena);
+  presence.state = 77;
+  EXPECT_THROW(decode(presence), Rejected);
+}
+
+}  // namespace
+}  // namespace consort::wire

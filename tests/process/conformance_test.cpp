@@ -1,0 +1,125 @@
+/// Lockstep over DDS equals simulate(), bit for bit: every shipped experiment, every placement, every discovery.
+
+#include "orchestrator/script.hpp"
+#include "tests/support/process_run.hpp"
+
+#include <gtest/gtest.h>
+
+namespace consort {
+namespace {
+
+void expect_equal(const std::vector<JobOutcome>& processes, const std::vector<JobOutcome>& simulated) {
+  ASSERT_EQ(processes.size(), simulated.size());
+  for (std::size_t j = 0; j < processes.size(); ++j) {
+    SCOPED_TRACE("job " + std::to_string(j));
+    const Trace &a = processes[j].trace, &b = simulated[j].trace;
+    EXPECT_EQ(a.hash, b.hash);
+    EXPECT_EQ(a.last_round, b.last_round);
+    EXPECT_EQ(a.converged, b.converged);
+    EXPECT_EQ(a.rounds, b.rounds);
+    EXPECT_EQ(a.estimates, b.estimates);
+    EXPECT_EQ(a.totals.sent, b.totals.sent);
+    EXPECT_EQ(a.totals.delivered, b.totals.delivered);
+    EXPECT_EQ(a.totals.lost, b.totals.lost);
+  }
+}
+
+/// Long and wide experiments are shortened: every mechanism still takes part.
+Experiment shipped(const std::filesystem::path& file) {
+  const Experiment whole = load_experiment(file);
+  ScriptOverrides shorter;
+  shorter.rounds = std::min<Round>(whole.rounds, whole.agents >= 50 ? 20 : 300);
+  shorter.runs = std::min<std::size_t>(whole.runs, 3);
+  return load_experiment(file, shorter);
+}
+
+TEST(Conformance, EveryShippedExperimentGivesTheSimulatedTrace) {
+  std::size_t files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments")) {
+    if (entry.path().extension() != ".yaml") continue;
+    SCOPED_TRACE(entry.path().filename());
+    ++files;
+    const Experiment experiment = shipped(entry.path());
+    expect_equal(run_over_dds(experiment), run_in_simulation(experiment));
+  }
+  EXPECT_GE(files, 14u);
+}
+
+Experiment everything_at_once() {
+  return parse_experiment(R"(
+experiment: everything_at_once
+seed: 42
+rounds: 400
+dt: 0.1
+agents:
+  count: 12
+  protocol: {name: kalman_consensus, Q: 0.01, Omega: 0.1}
+  initial: {x: {uniform: [-5, 5], dimension: 3}, P: {linspace: [0.5, 2]}}
+topology: {random_links: {base: complete, probability: 0.4}}
+links: {loss: 0.2, noise_covariance: 0.01, overrides: [{edge: 3 -> 7, delay_rounds: 4}, {edge: 5 -> 1, loss: 1.0}]}
+events: [{round: 100, cut: [1 -> 2, 2 -> 1]}, {round: 200, heal: [1 -> 2]}]
+)",
+                          "everything_at_once.yaml", ".");
+}
+
+TEST(Conformance, LossNoiseDelaySwitchingAndEventsTogether) {
+  const Experiment experiment = everything_at_once();
+  expect_equal(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
+TEST(Conformance, PlacementChangesNothing) {
+  Experiment experiment = everything_at_once();
+  const auto simulated = run_in_simulation(experiment);
+  for (const std::size_t per_process : {2u, 5u, 12u}) {
+    SCOPED_TRACE(per_process);
+    experiment.agents_per_process = per_process;
+    expect_equal(run_over_dds(experiment), simulated);
+  }
+}
+
+TEST(Conformance, DiscoveryChangesNothing) {
+  Experiment experiment = parse_experiment(R"(
+experiment: directed
+seed: 3
+rounds: 200
+dt: 0.1
+agents: {count: 9, protocol: local_voting, initial: {x: {uniform: [0, 1], dimension: 2}}}
+topology: directed_ring
+stop: {converged: {disagreement: 0.05, for_rounds: 5}}
+)",
+                                           "directed.yaml", ".");
+  const auto simulated = run_in_simulation(experiment);
+  for (const Discovery discovery : {Discovery::multicast, Discovery::neighbours}) {
+    SCOPED_TRACE(static_cast<int>(discovery));
+    experiment.discovery = discovery;
+    expect_equal(run_over_dds(experiment), simulated);
+  }
+}
+
+TEST(Conformance, TheSameSeedTwiceGivesTheSameHashAndAnotherSeedAnother) {
+  Experiment experiment = everything_at_once();
+  experiment.rounds = 50;
+  const auto first = run_over_dds(experiment), second = run_over_dds(experiment);
+  EXPECT_EQ(first.at(0).trace.hash, second.at(0).trace.hash);
+  experiment.seed = Seed{43};
+  EXPECT_NE(run_over_dds(experiment).at(0).trace.hash, first.at(0).trace.hash);
+}
+
+TEST(Conformance, LinkTotalsAddUpToTheTrace) {
+  Experiment experiment = everything_at_once();
+  const auto outcome = run_over_dds(experiment).at(0);
+  std::uint64_t delivered = 0, lost = 0;
+  for (const LinkTotals& link : outcome.links) {
+    delivered += link.delivered;
+    lost += link.lost;
+    if (link.edge == Edge{AgentId{5}, AgentId{1}}) {
+      EXPECT_EQ(link.delivered, 0u) << "this link loses everything";
+      EXPECT_GT(link.lost, 0u);
+    }
+  }
+  EXPECT_EQ(delivered, outcome.trace.totals.delivered);
+  EXPECT_EQ(lost, outcome.trace.totals.lost);
+}
+
+}  // namespace
+}  // namespace consort

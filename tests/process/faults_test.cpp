@@ -1,0 +1,212 @@
+/// What happens when a person interrupts, a process dies, or somebody never comes: real programs, real signals.
+
+#include "tests/support/process_run.hpp"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sqlite3.h>
+
+#include <csignal>
+
+namespace consort {
+namespace {
+
+/// Longer than any test waits: it ends only by what the test does to it.
+constexpr const char* kEndless = R"(
+experiment: endless
+seed: 1
+rounds: 100000000
+dt: 0.01
+agents: {count: 6, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
+topology: ring
+telemetry: {every: 1000}
+stop: {deadline: 600 s}
+)";
+
+constexpr const char* kShort = R"(
+experiment: short
+seed: 1
+rounds: 40
+dt: 0.1
+agents: {count: 5, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
+topology: ring
+stop: {deadline: 120 s}
+)";
+
+struct Run {
+  explicit Run(const std::string& text, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", "lockstep", "--output", output()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    program = std::make_unique<Program>(folder, "consort", arguments);
+  }
+  [[nodiscard]] std::string output() const { return folder.path() / "result"; }
+  [[nodiscard]] nlohmann::json summary() const { return nlohmann::json::parse(text_of(folder.path() / "result" / "summary.json")); }
+  /// Rounds are being recorded.
+  [[nodiscard]] bool goes_on() const { return estimates() > 0; }
+  [[nodiscard]] long estimates() const {
+    sqlite3* database = nullptr;
+    long rows = -1;
+    const std::string file = output() + "/record.sqlite";
+    if (std::filesystem::exists(file) && sqlite3_open_v2(file.c_str(), &database, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
+      sqlite3_stmt* statement = nullptr;
+      if (sqlite3_prepare_v2(database, "SELECT count(*) FROM estimates", -1, &statement, nullptr) == SQLITE_OK &&
+          sqlite3_step(statement) == SQLITE_ROW) {
+        rows = sqlite3_column_int(statement, 0);
+      }
+      sqlite3_finalize(statement);
+    }
+    sqlite3_close(database);
+    return rows;
+  }
+
+  Folder folder;
+  std::unique_ptr<Program> program;
+};
+
+void expect_none_left(const std::vector<pid_t>& pids, double seconds) {
+  EXPECT_TRUE(eventually([&] { return std::none_of(pids.begin(), pids.end(), runs); }, seconds)) << "agent processes are left";
+}
+
+TEST(Faults, SignalsEndARunCleanlyWithItsRecordIntact) {
+  for (const auto& [signal, code] : {std::pair{SIGINT, 130}, std::pair{SIGTERM, 143}}) {
+    SCOPED_TRACE(signal);
+    Run run(kEndless);
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    const auto children = run.program->children();
+    EXPECT_EQ(children.size(), 6u);
+    run.program->signal(signal);
+    EXPECT_EQ(run.program->wait(60), code) << run.program->err();
+    expect_none_left(children, 5);
+    EXPECT_GT(run.estimates(), 0);
+    EXPECT_EQ(run.summary().at("exit"), code);
+  }
+}
+
+TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
+  Run run(kEndless);
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  const auto children = run.program->children();
+  ASSERT_EQ(children.size(), 6u);
+  const std::string line = text_of("/proc/" + std::to_string(children[3]) + "/cmdline");
+  const std::string id = line.substr(line.find("--ids") + 6, 1);
+  kill(children[3], SIGKILL);
+  EXPECT_EQ(run.program->wait(60), 3);
+  const std::string err = run.program->err();
+  EXPECT_NE(err.find("agent-" + id), std::string::npos) << err;
+  EXPECT_NE(err.find("SIGKILL"), std::string::npos) << err;
+  EXPECT_NE(err.find("last lines of its log"), std::string::npos) << err;
+  expect_none_left(children, 5);
+  EXPECT_EQ(run.summary().at("exit"), 3);
+  EXPECT_NE(run.summary().at("error").get<std::string>().find("SIGKILL"), std::string::npos);
+  EXPECT_GT(run.estimates(), 0);
+}
+
+TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
+  Run run(kEndless);
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  const auto children = run.program->children();
+  ASSERT_EQ(children.size(), 6u);
+  run.program->signal(SIGKILL);
+  run.program->wait(60);
+  expect_none_left(children, 5);
+  EXPECT_GT(run.estimates(), 0) << "what was committed can be read";
+}
+
+TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
+  Run run("experiment: lonely\nrounds: 5\nagents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}\n"
+          "topology: ring\ndt: 0.1\nstop: {deadline: 3 s}\n",
+          {"--external", "2"});
+  EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
+  EXPECT_NE(run.program->err().find("never appeared: agent-2"), std::string::npos) << run.program->err();
+}
+
+TEST(Faults, AStalledRunTimesOutSayingWhoWaitsForWhom) {
+  std::string text = kEndless;
+  text.replace(text.find("600 s"), 5, "8 s");
+  Run run(text);
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  const auto children = run.program->children();
+  ASSERT_EQ(children.size(), 6u);
+  const std::string line = text_of("/proc/" + std::to_string(children[2]) + "/cmdline");
+  const std::string id = line.substr(line.find("--ids") + 6, 1);
+  kill(children[2], SIGSTOP);
+  EXPECT_EQ(run.program->wait(120), 4);
+  const std::string err = run.program->err();
+  EXPECT_NE(err.find("waits in round"), std::string::npos) << err;
+  EXPECT_NE(err.find("no answer from agent-" + id), std::string::npos) << err;
+  expect_none_left(children, 5);
+}
+
+TEST(Faults, TwoRunsAtOnceAreIndependent) {
+  Run first(kShort, {"--json"}), second(kShort, {"--json"});
+  EXPECT_EQ(first.program->wait(), 0) << first.program->err();
+  EXPECT_EQ(second.program->wait(), 0) << second.program->err();
+  EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
+}
+
+TEST(Faults, TwoRunsInTheSameDomainAreIndependent) {
+  Run first(kShort, {"--domain", "61"}), second(kShort, {"--domain", "61", "--seed", "1"});
+  EXPECT_EQ(first.program->wait(), 0) << first.program->err();
+  EXPECT_EQ(second.program->wait(), 0) << second.program->err();
+  EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
+}
+
+/// An agent started by hand, before or after the orchestrator, joins; the result is the one of a launched run.
+TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
+  Run launched(kShort);
+  ASSERT_EQ(launched.program->wait(), 0) << launched.program->err();
+  for (const bool agent_first : {true, false}) {
+    SCOPED_TRACE(agent_first);
+    const std::string name = unique_run_name("by-hand");
+    const Folder folder;
+    const std::vector<std::string> by_hand{"--id", "4", "--run", name, "--domain", "62"};
+    std::unique_ptr<Program> agent;
+    if (agent_first) {
+      agent = std::make_unique<Program>(folder, "consort-agent", by_hand);
+      ASSERT_TRUE(eventually([&] { return !agent->err().empty(); })) << "the agent logs that it says hello";
+    }
+    Run run(kShort, {"--name", name, "--domain", "62", "--external", "4"});
+    if (!agent_first) {
+      ASSERT_TRUE(eventually([&] { return run.program->children().size() == 4; }));
+      agent = std::make_unique<Program>(folder, "consort-agent", by_hand);
+    }
+    EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+    EXPECT_EQ(agent->wait(60), 0) << agent->err();
+    EXPECT_EQ(run.summary().at("trace_hash"), launched.summary().at("trace_hash"));
+  }
+}
+
+TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
+  const std::string name = unique_run_name("orphan");
+  const Folder folder;
+  Program agent(folder, "consort-agent", {"--id", "4", "--run", name, "--domain", "63"});
+  Run run(kEndless, {"--name", name, "--domain", "63", "--external", "4"});
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  run.program->signal(SIGKILL);
+  run.program->wait(60);
+  EXPECT_EQ(agent.wait(60), 3) << agent.err();
+  EXPECT_NE(agent.err().find("orchestrator disappeared"), std::string::npos) << agent.err();
+}
+
+TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
+  const std::string name = unique_run_name("stranger");
+  const Folder folder;
+  Program stranger(folder, "consort-agent", {"--ids", "2-3", "--run", name, "--domain", "64"});
+  ASSERT_TRUE(eventually([&] { return !stranger.err().empty(); }));
+  Run run(kShort, {"--name", name, "--domain", "64"});
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  EXPECT_EQ(stranger.wait(60), 2) << stranger.err();
+  EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();
+}
+
+TEST(Faults, BadOptionsOfTheAgentAreExplained) {
+  const Folder folder;
+  for (const char* ids : {"0", "x", "3-1", "1,,2", "1-"}) {
+    Program agent(folder, "consort-agent", {"--ids", ids, "--run", "r", "--domain", "1"});
+    EXPECT_EQ(agent.wait(60), 2) << ids;
+    EXPECT_NE(agent.err().find("--ids"), std::string::npos) << agent.err();
+  }
+}
+
+}  // namespace
+}  // namespace consort
