@@ -72,11 +72,13 @@ void rounds(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, 
 
 constexpr std::array kTable{
     MetricEntry{"consensus_value", "mean of the final estimates", consensus_value},
-    MetricEntry{"centralised_value", "estimate of one who knows all initial values (Alighanbari, How 2006, (6)); their mean without P", centralised_value},
+    MetricEntry{"centralised_value", "estimate of one who knows all initial values (Alighanbari, How 2006, (6)); their mean without P",
+                centralised_value},
     MetricEntry{"bias", "consensus_value - centralised_value", bias},
     MetricEntry{"disagreement", "largest distance between two agents' final estimates", final_disagreement},
     MetricEntry{"spread", "largest minus smallest final estimate, per component", spread},
-    MetricEntry{"rounds_to_convergence", "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
+    MetricEntry{"rounds_to_convergence",
+                "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
                 rounds_to_convergence},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
@@ -120,7 +122,8 @@ Vector centralised_estimate(const Experiment& experiment, Seed run_seed) {
       information = Matrix::Zero(x.size(), x.size());
       weighted = Vector::Zero(x.size());
     }
-    if (x.size() != weighted.size()) throw ConfigError("agent " + std::to_string(self.value) + ": initial x has another dimension than that of agent 1");
+    if (x.size() != weighted.size())
+      throw ConfigError("agent " + std::to_string(self.value) + ": initial x has another dimension than that of agent 1");
     SpdInverse<Eigen::Dynamic> inverse(x.size(), {"centralised estimate", self, 0});
     const Matrix certainty = inverse(initial.covariance("P", x.size(), 1.0, true), "P_i(0)");
     information += certainty;

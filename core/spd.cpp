@@ -9,8 +9,8 @@ namespace consort {
 
 void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& value) {
   std::ostringstream text;
-  text << place.algorithm << ": agent " << place.agent.value << ", round " << place.k << ": matrix " << matrix << " (" << value.rows() << " x "
-       << value.cols() << ") is not numerically positive definite";
+  text << place.algorithm << ": agent " << place.agent.value << ", round " << place.k << ": matrix " << matrix << " (" << value.rows()
+       << " x " << value.cols() << ") is not numerically positive definite";
   if (value.allFinite()) {
     const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(value, Eigen::EigenvaluesOnly).eigenvalues();
     const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.cwiseAbs().maxCoeff();

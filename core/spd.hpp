@@ -35,7 +35,8 @@ class SpdInverse {
     bool good = factor_.info() == Eigen::Success;
     for (Eigen::Index i = 0; good && i < a.rows(); ++i) {
       const double pivot = factor_.matrixLLT()(i, i), entry = a.derived().coeff(i, i);
-      good = pivot * pivot >= kSmallestPivot * entry && entry >= std::numeric_limits<double>::min() && entry <= std::numeric_limits<double>::max();
+      good = pivot * pivot >= kSmallestPivot * entry && entry >= std::numeric_limits<double>::min() &&
+             entry <= std::numeric_limits<double>::max();
     }
     if (!good) refuse_matrix(place_, name, a.derived());
     // a = L L^T, so its inverse is L^-T L^-1; both halves come from one product, hence the exact symmetry.
@@ -65,7 +66,8 @@ class SpdInverse<1> {
   template <class Derived>
   Result operator()(const Eigen::MatrixBase<Derived>& a, std::string_view name) const {
     const double value = a.derived().coeff(0, 0);
-    if (!(value >= std::numeric_limits<double>::min() && value <= std::numeric_limits<double>::max())) refuse_matrix(place_, name, Matrix::Constant(1, 1, value));
+    if (!(value >= std::numeric_limits<double>::min() && value <= std::numeric_limits<double>::max()))
+      refuse_matrix(place_, name, Matrix::Constant(1, 1, value));
     return Result(1.0 / value);
   }
 

@@ -12,7 +12,7 @@ namespace {
 class World {
  public:
   World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed);
-  void advance(Round k);   ///< from the beginning of round k to the beginning of round k + 1
+  void advance(Round k);  ///< from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
   [[nodiscard]] Trace empty_trace() const;
 
@@ -25,8 +25,8 @@ class World {
   std::vector<std::unique_ptr<Protocol>> protocols_;
   std::vector<Mailbox> mailboxes_;
   std::size_t message_size_ = 0, dimension_ = 0;
-  std::vector<double> payloads_;    // n x message_size_
-  std::vector<double> estimates_;   // n x dimension_
+  std::vector<double> payloads_;   // n x message_size_
+  std::vector<double> estimates_;  // n x dimension_
   std::vector<HistoryHash> histories_;
   std::vector<std::uint64_t> hashes_;
   std::vector<AgentCounters> counters_;
@@ -44,7 +44,8 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
     protocols_.push_back(entry.make(experiment.parameters_of(choice, self), Setup{self, n, dt_, initial}));
     const Layout& layout = protocols_.back()->message_layout();
     if (layout != protocols_.front()->message_layout())
-      throw ConfigError("agent " + std::to_string(self.value) + ": its state has another dimension than that of agent 1; allowed: one dimension for all");
+      throw ConfigError("agent " + std::to_string(self.value) +
+                        ": its state has another dimension than that of agent 1; allowed: one dimension for all");
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
     constexpr Round kNobodyRunsAhead = 1;

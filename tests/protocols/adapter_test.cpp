@@ -65,7 +65,8 @@ TEST(Registry, HasTheFourProtocolsWithTheirDocumentation) {
     EXPECT_FALSE(entry.summary.empty() || entry.source.empty() || entry.assumptions.empty()) << entry.name;
     EXPECT_EQ(entry.initial[0].name, "x") << entry.name;
   }
-  EXPECT_EQ(names, (std::vector<std::string_view>{"local_voting", "kalman_consensus", "unbiased_kalman_consensus", "unbiased_information_consensus"}));
+  EXPECT_EQ(names, (std::vector<std::string_view>{"local_voting", "kalman_consensus", "unbiased_kalman_consensus",
+                                                  "unbiased_information_consensus"}));
 }
 
 TEST(Registry, NamesTheNearestProtocol) {
@@ -186,7 +187,9 @@ TEST(Adapter, NamesAgentRoundAndProtocolWhenTheEstimateOverflows) {
   const Values initial = initial_of(Vector::Constant(1, 1e308), Matrix::Ones(1, 1));
   const auto protocol = make("local_voting", {}, initial, AgentId{3});
   const std::array payload{-1e308};
-  const std::string text = run_error([&] { protocol->absorb(Sense{17, 10.0, {}, 0, {}}, std::array{Received{AgentId{2}, 17, 1.0, payload}}); });
+  const std::string text = run_error([&] {
+    protocol->absorb(Sense{17, 10.0, {}, 0, {}}, std::array{Received{AgentId{2}, 17, 1.0, payload}});
+  });
   for (const char* word : {"local_voting", "agent 3", "round 17"}) EXPECT_NE(text.find(word), std::string::npos) << text;
 }
 
@@ -194,12 +197,12 @@ TEST(Adapter, NamesMatrixSizeAndConditionWhenACovarianceIsSingular) {
   for (const Eigen::Index n : {2, 5}) {
     const Values initial = initial_of(Vector::Ones(n), Matrix::Identity(n, n));
     const auto protocol = make("kalman_consensus", {}, initial, AgentId{3});
-    std::vector<double> payload(protocol->message_layout().size(), 1.0);   // x = 1, P = all ones: rank one
+    std::vector<double> payload(protocol->message_layout().size(), 1.0);  // x = 1, P = all ones: rank one
     Sense sense{17, 1.0, {}, 0, {}};
     sense.self = AgentId{3};
     const std::string text = run_error([&] { protocol->absorb(sense, std::array{Received{AgentId{2}, 17, 1.0, payload}}); });
-    for (const std::string& word : {std::string("kalman_consensus"), std::string("agent 3"), std::string("round 17"), std::string("P_j + Omega"),
-                                    std::to_string(n) + " x " + std::to_string(n), std::string("condition")})
+    for (const std::string& word : {std::string("kalman_consensus"), std::string("agent 3"), std::string("round 17"),
+                                    std::string("P_j + Omega"), std::to_string(n) + " x " + std::to_string(n), std::string("condition")})
       EXPECT_NE(text.find(word), std::string::npos) << text;
   }
 }
@@ -212,7 +215,7 @@ TEST(SpdInverse, IsTheInverseExactlySymmetricWhateverTheUnits) {
     const Matrix a = Matrix::NullaryExpr(n, n, [&] { return stream.uniform(-1.0, 1.0); });
     const Vector units = Vector::NullaryExpr(n, [&] { return std::pow(10.0, stream.uniform(-9.0, 9.0)); });
     const Matrix well = a * a.transpose() + 0.1 * Matrix::Identity(n, n);
-    Matrix spd = units.asDiagonal() * well * units.asDiagonal();   // condition up to 1e36, none of it real
+    Matrix spd = units.asDiagonal() * well * units.asDiagonal();  // condition up to 1e36, none of it real
     spd.triangularView<Eigen::StrictlyUpper>() = spd.transpose();
     SpdInverse<Eigen::Dynamic> inverse(n, {"test", AgentId{1}, 0});
     const Matrix result = inverse(spd, "a");

@@ -78,7 +78,7 @@ TEST(KalmanConsensus, Figure1LeaderPullsTheValueTowardsItself) {
   const Experiment equal = dinner::experiment(false, true), leader = dinner::experiment(true, true);
   const double without = mean(finals(simulate(equal, equal.protocols[0], equal.seed)));
   const double with = mean(finals(simulate(leader, leader.protocols[0], leader.seed)));
-  EXPECT_GT(with, without + 0.1);   // the leader starts at 7, the largest value
+  EXPECT_GT(with, without + 0.1);  // the leader starts at 7, the largest value
 }
 
 /// Over the runs: mean and standard deviation of the agents' final mean, and mean of the standard deviation among the agents.
@@ -89,7 +89,8 @@ struct Statistics {
     means.push_back(mean(final_estimates));
     deviations.push_back(deviation(final_estimates));
   }
-  /// Both sides are samples of 300 runs, hence the root of two; `noises` is the number of equal noises per agent and round, of the fixture's two.
+  /// Both sides are samples of 300 runs, hence the root of two; `noises` is the number of equal noises per agent and round, of the
+  /// fixture's two.
   void expect(double noises) const {
     const double scale = std::sqrt(noises / 2.0), sigma = dinner::kNoisyStd * scale, runs = dinner::kNoisyRuns;
     EXPECT_NEAR(mean(means), dinner::kNoisyMean, 3 * std::sqrt(2.0) * sigma / std::sqrt(runs));
@@ -110,7 +111,8 @@ TEST(KalmanConsensus, NoisyFixtureStatisticsHoldWhenEveryAgentHearsItselfThrough
     Stream noise = Seed{static_cast<std::uint64_t>(run)}.stream(Purpose("test noise"));
     auto states = direct::states<Kalman>(params, dinner::x(), dinner::P(true));
     const auto disturb = [&](Kalman::Message& message) { message.x[0] += std::sqrt(dinner::kNoise) * noise.normal(); };
-    for (Round k = 0; k < dinner::kRounds; ++k) states = direct::advance<Kalman>(params, states, *schedule.at(k), {.k = k, .with_self = true, .disturb = disturb});
+    for (Round k = 0; k < dinner::kRounds; ++k)
+      states = direct::advance<Kalman>(params, states, *schedule.at(k), {.k = k, .with_self = true, .disturb = disturb});
     std::vector<double> x;
     for (const auto& state : states) x.push_back(state.x[0]);
     statistics.add(x);
@@ -123,8 +125,9 @@ TEST(KalmanConsensus, NoisyLinksGiveTheFixtureStatisticsWithoutTheNoiseOfTheSelf
   e.report_every = e.rounds;
   e.links.standard.noise_covariance = Matrix::Constant(1, 1, dinner::kNoise);
   Statistics statistics;
-  for (int run = 0; run < dinner::kNoisyRuns; ++run) statistics.add(finals(simulate(e, e.protocols[0], Seed{static_cast<std::uint64_t>(run + 1)})));
-  statistics.expect(1);   // nobody disturbs what an agent knows of itself: one noise per agent and round
+  for (int run = 0; run < dinner::kNoisyRuns; ++run)
+    statistics.add(finals(simulate(e, e.protocols[0], Seed{static_cast<std::uint64_t>(run + 1)})));
+  statistics.expect(1);  // nobody disturbs what an agent knows of itself: one noise per agent and round
 }
 
 TEST(KalmanConsensus, Theorem39DirectedChainFollowsItsRoot) {

@@ -16,11 +16,11 @@ namespace {
 
 using namespace seeds;
 
-constexpr double kPrinted = 5e-7;   // half a unit of the sixth decimal
+constexpr double kPrinted = 5e-7;  // half a unit of the sixth decimal
 const char* const kUnbiasedForms[] = {"unbiased_kalman_consensus", "unbiased_information_consensus"};
 
-std::vector<double> final_estimates(const std::string& protocol, const std::vector<double>& x, const std::vector<double>& P, TopologySpec topology,
-                                    Round rounds = 300) {
+std::vector<double> final_estimates(const std::string& protocol, const std::vector<double>& x, const std::vector<double>& P,
+                                    TopologySpec topology, Round rounds = 300) {
   const Experiment e = scalar_experiment(protocol, x, P, std::move(topology), rounds);
   return finals(simulate(e, e.protocols[0], e.seed));
 }
@@ -45,7 +45,8 @@ TEST(Figure1, KalmanConsensusPassesThroughThePrintedIterates) {
   const Experiment e = scalar_experiment("kalman_consensus", fig1::x(), fig1::P(), always(fig1::graph()), 4);
   const Trace trace = simulate(e, e.protocols[0], e.seed);
   for (std::size_t k = 0; k < 4; ++k)
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(trace.at(k + 1, agent_at(i))[0], fig1::kKalmanIterates[k][i], kPrinted) << "after round " << k + 1;
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(trace.at(k + 1, agent_at(i))[0], fig1::kKalmanIterates[k][i], kPrinted) << "after round " << k + 1;
 }
 
 TEST(Figure1, AfterThreeRoundsEverybodyIsBelowFiveAndAfterTwoNot) {
@@ -188,8 +189,8 @@ TEST(Table1, Cases3And4OnlyTheUnbiasedLawReachesTheCentralisedValue) {
   for (const bool leader : {false, true}) {
     SCOPED_TRACE(leader ? "case 4" : "case 3");
     const auto P = table1::P(leader);
-    expect_all(final_estimates("kalman_consensus", table1::x(), P, always(table1::unbalanced())), leader ? table1::kKalmanCase4 : table1::kKalmanCase3,
-               kPrinted);
+    expect_all(final_estimates("kalman_consensus", table1::x(), P, always(table1::unbalanced())),
+               leader ? table1::kKalmanCase4 : table1::kKalmanCase3, kPrinted);
     for (const char* protocol : kUnbiasedForms)
       expect_all(final_estimates(protocol, table1::x(), P, always(table1::unbalanced())), centralised(table1::x(), P), 1e-9);
   }
@@ -200,7 +201,8 @@ TEST(Theorem7, HoldsOnAGraphThatChangesEveryRound) {
   constexpr Round kRounds = 900;
   expect_all(final_estimates("kalman_consensus", table1::x(), table1::P(false), topology, kRounds), table1::kKalmanTimeVarying, kPrinted);
   for (const char* protocol : kUnbiasedForms)
-    expect_all(final_estimates(protocol, table1::x(), table1::P(false), topology, kRounds), centralised(table1::x(), table1::P(false)), 1e-9);
+    expect_all(final_estimates(protocol, table1::x(), table1::P(false), topology, kRounds), centralised(table1::x(), table1::P(false)),
+               1e-9);
 }
 
 class NoisyCase : public testing::TestWithParam<table1::Noisy> {};
@@ -212,7 +214,8 @@ TEST_P(NoisyCase, Cases5And6GiveTheFixtureStatistics) {
   e.protocols[0].parameters.set("Omega", Omega);
   e.links.standard.noise_covariance = Matrix::Constant(1, 1, table1::kNoise);
   std::vector<double> means;
-  for (int run = 0; run < table1::kNoisyRuns; ++run) means.push_back(mean(finals(simulate(e, e.protocols[0], Seed{static_cast<std::uint64_t>(run + 1)}))));
+  for (int run = 0; run < table1::kNoisyRuns; ++run)
+    means.push_back(mean(finals(simulate(e, e.protocols[0], Seed{static_cast<std::uint64_t>(run + 1)}))));
   // Both sides are samples of 300 runs: 3 sigma of their difference.
   const double runs = table1::kNoisyRuns;
   EXPECT_NEAR(mean(means), expected, 3 * std::sqrt(2.0) * expected_deviation / std::sqrt(runs));

@@ -11,7 +11,8 @@ namespace consort::direct {
 
 /// Initial states of n agents from scalars x and P.
 template <class P>
-std::vector<typename P::State> states(const typename P::Params& params, const std::vector<double>& x, const std::vector<double>& covariance) {
+std::vector<typename P::State> states(const typename P::Params& params, const std::vector<double>& x,
+                                      const std::vector<double>& covariance) {
   std::vector<typename P::State> result;
   for (std::size_t i = 0; i < x.size(); ++i) {
     Values initial;
@@ -26,8 +27,8 @@ template <class P>
 struct Conditions {
   Round k = 0;
   Seconds dt = 1.0;
-  bool with_self = false;   ///< every agent's own message is in its inbox too, as a sum that includes j = i would have it
-  std::function<void(typename P::Message&)> disturb = {};   ///< applied to each message on its way
+  bool with_self = false;  ///< every agent's own message is in its inbox too, as a sum that includes j = i would have it
+  std::function<void(typename P::Message&)> disturb = {};  ///< applied to each message on its way
 };
 
 /// One round of all agents.

@@ -48,7 +48,8 @@ inline std::shared_ptr<const Graph> graph_of(std::size_t agents, const std::vect
 inline FixedSchedule always(std::shared_ptr<const Graph> graph) { return {{{std::move(graph), 1}}, false}; }
 
 /// Scalar states x and covariances P, one protocol without parameters, ideal links.
-inline Experiment scalar_experiment(std::string protocol, const std::vector<double>& x, const std::vector<double>& P, TopologySpec topology, Round rounds) {
+inline Experiment scalar_experiment(std::string protocol, const std::vector<double>& x, const std::vector<double>& P, TopologySpec topology,
+                                    Round rounds) {
   Experiment e;
   e.name = "fixture";
   e.mode = Mode::simulate;
@@ -66,7 +67,7 @@ namespace dinner {
 inline constexpr std::size_t kAgents = 10;
 inline constexpr Round kRounds = 300;
 inline constexpr double kQ = 0.1, kOmega = 0.1;
-inline constexpr double kLeaderP = 0.001;   // agent 10
+inline constexpr double kLeaderP = 0.001;  // agent 10
 inline const std::array<unsigned, 10> kFirstPartners{5, 9, 10, 7, 1, 8, 4, 6, 2, 3};
 
 inline std::vector<double> x() { return linspace(5.0, 7.0, kAgents); }
@@ -124,9 +125,9 @@ inline std::vector<double> x() { return {4, 5, 6}; }
 inline std::vector<double> P() { return {1, 1, 1}; }
 /// The one strongly connected graph with out-degrees 2, 1, 1 that gives the figure's numbers.
 inline std::shared_ptr<const Graph> graph() { return graph_of(3, {{1, 2}, {1, 3}, {2, 3}, {3, 1}}); }
-inline constexpr double kKalmanLimit = 4.894558;   // given: 4.89
-inline constexpr double kUnbiased = 5.0;           // given
-inline constexpr double kSelfTermLimit = 5.0562;   // (8) to the letter, with j = i in the sum
+inline constexpr double kKalmanLimit = 4.894558;  // given: 4.89
+inline constexpr double kUnbiased = 5.0;          // given
+inline constexpr double kSelfTermLimit = 5.0562;  // (8) to the letter, with j = i in the sum
 /// Kalman consensus after rounds 1..4.
 inline const std::array<std::array<double, 3>, 4> kKalmanIterates{
     {{5, 4.5, 5}, {5, 4.75, 4.857143}, {4.916667, 4.888889, 4.875}, {4.892857, 4.904762, 4.891892}}};
@@ -136,7 +137,7 @@ inline const std::array<double, 3> kInformationLimits{1.2, 0.6, 1.2};
 // --- Alighanbari, How 2006, Table I ---------------------------------------------------------------------------------------
 namespace table1 {
 inline constexpr std::size_t kAgents = 10;
-inline constexpr double kLeaderP = 0.01;   // printed 0.001, which no draw can fit
+inline constexpr double kLeaderP = 0.01;  // printed 0.001, which no draw can fit
 inline std::vector<double> x() { return linspace(5.0, 7.0, kAgents); }
 /// Fixture B: covariances that give the table's centralised values.
 inline std::vector<double> P(bool leader) {
@@ -148,8 +149,8 @@ inline std::vector<std::pair<unsigned, unsigned>> ring_edges() {
   return {{7, 1}, {1, 4}, {4, 2}, {2, 10}, {10, 9}, {9, 5}, {5, 6}, {6, 3}, {3, 8}, {8, 7}};
 }
 inline const std::array<std::pair<unsigned, unsigned>, 4> kExtraLinks{{{4, 1}, {2, 4}, {2, 5}, {1, 7}}};
-inline std::shared_ptr<const Graph> ring() { return graph_of(kAgents, ring_edges()); }                 // cases 1, 2: balanced
-inline std::shared_ptr<const Graph> unbalanced() {                                                     // cases 3 to 6
+inline std::shared_ptr<const Graph> ring() { return graph_of(kAgents, ring_edges()); }  // cases 1, 2: balanced
+inline std::shared_ptr<const Graph> unbalanced() {                                      // cases 3 to 6
   auto edges = ring_edges();
   edges.insert(edges.end(), kExtraLinks.begin(), kExtraLinks.end());
   return graph_of(kAgents, edges);
@@ -167,8 +168,8 @@ inline FixedSchedule time_varying() {
 }
 
 inline constexpr double kCentralised = 6.042808, kCentralisedLeader = 6.913738;
-inline constexpr double kCentralisedLeaderAsPrinted = 6.990710;   // with P = 0.001
-inline constexpr double kLeastWithPrintedLeader = 6.97775;        // whatever x in [5, 7] and P in [0.8, 1.2]
+inline constexpr double kCentralisedLeaderAsPrinted = 6.990710;  // with P = 0.001
+inline constexpr double kLeastWithPrintedLeader = 6.97775;       // whatever x in [5, 7] and P in [0.8, 1.2]
 inline constexpr double kKalmanCase3 = 5.641648, kKalmanCase4 = 6.238940;
 inline constexpr double kKalmanTimeVarying = 5.983108;
 /// Omega = 0.01 in the gains, no noise: mean of the agents after 400 rounds (the spread is still 0.1 and 0.4 then).
@@ -185,13 +186,13 @@ struct Noisy {
 inline constexpr double kNoise = 0.01;
 inline constexpr int kNoisyRuns = 300;
 inline constexpr std::array<Noisy, 8> kNoisy{{{"kalman_consensus", false, 0.0, 25, 5.646, 0.114},
-                                             {"unbiased_kalman_consensus", false, 0.0, 25, 6.048, 0.081},
-                                             {"kalman_consensus", true, 0.0, 25, 6.236, 0.105},
-                                             {"unbiased_kalman_consensus", true, 0.0, 25, 6.922, 0.124},
-                                             {"kalman_consensus", false, 0.01, 100, 5.634, 0.055},
-                                             {"unbiased_kalman_consensus", false, 0.01, 100, 5.909, 0.054},
-                                             {"kalman_consensus", true, 0.01, 100, 5.928, 0.050},
-                                             {"unbiased_kalman_consensus", true, 0.01, 100, 6.242, 0.047}}};
+                                              {"unbiased_kalman_consensus", false, 0.0, 25, 6.048, 0.081},
+                                              {"kalman_consensus", true, 0.0, 25, 6.236, 0.105},
+                                              {"unbiased_kalman_consensus", true, 0.0, 25, 6.922, 0.124},
+                                              {"kalman_consensus", false, 0.01, 100, 5.634, 0.055},
+                                              {"unbiased_kalman_consensus", false, 0.01, 100, 5.909, 0.054},
+                                              {"kalman_consensus", true, 0.01, 100, 5.928, 0.050},
+                                              {"unbiased_kalman_consensus", true, 0.01, 100, 6.242, 0.047}}};
 }  // namespace table1
 
 }  // namespace consort::seeds
