@@ -17,10 +17,10 @@ namespace consort {
 struct Sense {
   Round k = 0;
   Seconds dt = 1.0;
-  std::span<const Neighbour> in_neighbours;   ///< N_i(k) with weights w_ij(k), ascending
-  std::size_t out_degree = 0;                 ///< how many agents receive from i in round k (mu_i)
-  std::optional<Vector> y;                    ///< measurement, absent without a plant
-  AgentId self{};                             ///< i, for the text of errors; 0: not said
+  std::span<const Neighbour> in_neighbours;  ///< N_i(k) with weights w_ij(k), ascending
+  std::size_t out_degree = 0;                ///< how many agents receive from i in round k (mu_i)
+  std::optional<Vector> y;                   ///< measurement, absent without a plant
+  AgentId self{};                            ///< i, for the text of errors; 0: not said
 };
 
 /// What a protocol is told when it starts.
@@ -34,9 +34,9 @@ struct Setup {
 /// Documents one parameter or initial value; `validate` and `list` use it.
 struct ValueDoc {
   std::string_view name;
-  std::string_view shape;       ///< e.g. "scalar", "vector n", "covariance n x n (scalar, diagonal or matrix)"
-  std::string_view fallback;    ///< default as text; empty: required
-  std::string_view meaning;     ///< one line with unit and symbol
+  std::string_view shape;     ///< e.g. "scalar", "vector n", "covariance n x n (scalar, diagonal or matrix)"
+  std::string_view fallback;  ///< default as text; empty: required
+  std::string_view meaning;   ///< one line with unit and symbol
 };
 
 /// The type-erased protocol, the only class the drivers know.

@@ -11,9 +11,9 @@ namespace consort {
 
 struct ProtocolEntry {
   std::string_view name;
-  std::string_view summary;       ///< one line
-  std::string_view source;        ///< authors, year, equations
-  std::string_view assumptions;   ///< what theory asks for, one line
+  std::string_view summary;      ///< one line
+  std::string_view source;       ///< authors, year, equations
+  std::string_view assumptions;  ///< what theory asks for, one line
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
   /// Throws ConfigError (naming parameter, what was found, what is allowed).

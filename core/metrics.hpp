@@ -15,7 +15,7 @@ using Metrics = std::map<std::string, double>;
 
 struct MetricEntry {
   std::string_view name;
-  std::string_view summary;   ///< one line, with the equation's source
+  std::string_view summary;  ///< one line, with the equation's source
   void (*compute)(const Experiment&, Seed run_seed, const ProtocolChoice&, const Trace&, Metrics& out);
 };
 
@@ -25,7 +25,8 @@ std::span<const MetricEntry> metric_table();
 /// The metrics named in the experiment (all that apply if it names none).
 Metrics compute_metrics(const Experiment&, Seed run_seed, const ProtocolChoice&, const Trace&);
 
-/// Centralised estimate (Alighanbari, How 2006, eq. (6)) of the initial values: (sum P_i^-1)^-1 sum P_i^-1 x_i; the mean where no P is given.
+/// Centralised estimate (Alighanbari, How 2006, eq. (6)) of the initial values: (sum P_i^-1)^-1 sum P_i^-1 x_i; the mean where no P is
+/// given.
 Vector centralised_estimate(const Experiment&, Seed run_seed);
 
 }  // namespace consort
