@@ -40,7 +40,8 @@ TEST_F(Statuses, CountMatchesAndTheirEnd) {
 
 TEST_F(Statuses, ThatNobodyHandlesTriggerNothing) {
   DataWriter<ping_Ball> writer(Publisher(here.participant), out);
-  DataReader<ping_Ball> reader(Subscriber(there.participant), in);
+  // Reliable: the writer may know of the reader before the reader knows of the writer.
+  DataReader<ping_Ball> reader(Subscriber(there.participant), in, DataReaderQos() << Reliability::Reliable());
   dds::core::cond::StatusCondition status(reader);
   dds::core::cond::WaitSet set;
   set.attach_condition(status);
@@ -88,6 +89,7 @@ TEST_F(Statuses, LivelinessIsLostWhenNobodyAssertsIt) {
   };
   DataReader<ping_Ball> reader(Subscriber(there.participant), in, DataReaderQos() << lease, listener);
   DataWriter<ping_Ball> writer(Publisher(here.participant), out, DataWriterQos() << lease, writers_own);
+  ASSERT_TRUE(matches(reader, 1));
   ASSERT_TRUE(matches(writer, 1));
   writer.assert_liveliness();
   ASSERT_TRUE(alive.arrives());
