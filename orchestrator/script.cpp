@@ -301,8 +301,8 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
 
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
   std::ifstream in(file, std::ios::binary);
+  if (!in || std::filesystem::is_directory(file)) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
   const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (std::filesystem::is_directory(file) || !in) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
   return parse_experiment(text, file.string(), file.parent_path(), overrides);
 }
 

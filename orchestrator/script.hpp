@@ -12,11 +12,11 @@ namespace consort {
 
 /// What the command line sets on top of the file.
 struct ScriptOverrides {
-  std::optional<Mode> mode;
-  std::optional<std::uint64_t> seed;
-  std::optional<Round> rounds;
-  std::optional<std::size_t> runs;
-  std::optional<std::size_t> agents_per_process;
+  std::optional<Mode> mode = {};
+  std::optional<std::uint64_t> seed = {};
+  std::optional<Round> rounds = {};
+  std::optional<std::size_t> runs = {};
+  std::optional<std::size_t> agents_per_process = {};
 };
 
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {});

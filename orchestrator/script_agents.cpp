@@ -7,9 +7,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <fstream>
 #include <set>
-#include <sstream>
+#include <utility>
 
 namespace consort::script {
 
@@ -241,7 +242,7 @@ void read_overrides(Mistakes& mistakes, const YAML::Node& node, Experiment& expe
   }
 }
 
-// The place of the value a protocol's objection is about: the first of its names that the text quotes or mentions.
+// The place of the value a protocol's objection is about: a name of its that the text quotes, else one it mentions.
 YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice& choice, const Places& places, const YAML::Mark& fallback) {
   std::set<std::string> words;
   std::string word;
@@ -253,12 +254,16 @@ YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice
     }
   }
   const ProtocolEntry& entry = *entry_of(choice.name);
-  for (const auto docs : {entry.initial, entry.parameters}) {
-    for (const auto& doc : docs) {
-      const std::string name(doc.name);
-      if (!words.contains(name)) continue;
-      for (const auto& key : {fmt::format("override {} {}", agent.value, name), "initial " + name, choice.name + " " + name})
-        if (const auto it = places.find(key); it != places.end()) return it->second;
+  for (const bool quoted : {true, false}) {
+    for (const auto docs : {entry.initial, entry.parameters}) {
+      for (const auto& doc : docs) {
+        const std::string name(doc.name);
+        // The x of "2 x 1" is a word too, so a single letter must be quoted to count.
+        const bool meant = quoted ? text.find("'" + name + "'") != std::string::npos : name.size() > 1 && words.contains(name);
+        if (!meant) continue;
+        for (const auto& key : {fmt::format("override {} {}", agent.value, name), "initial " + name, choice.name + " " + name})
+          if (const auto it = places.find(key); it != places.end()) return it->second;
+      }
     }
   }
   const auto it = places.find(choice.name);
@@ -305,7 +310,7 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
           dimension = found;
           continue;
         }
-        mistakes.add(place_of("x", agent, choice, places, agents_mark),
+        mistakes.add(place_of("'x'", agent, choice, places, agents_mark),
                      fmt::format("agents: found {} components at agent {} and {} at agent 1; allowed: the same for all agents", found, agent.value, *dimension));
       } catch (const ConfigError& error) {
         mistakes.add(place_of(error.what(), agent, choice, places, agents_mark), fmt::format("agents: agent {} with {}: {}", agent.value, choice.name, error.what()));

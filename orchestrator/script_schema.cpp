@@ -14,7 +14,9 @@
 #include <valijson/validation_results.hpp>
 #include <valijson/validator.hpp>
 
+#include <algorithm>
 #include <charconv>
+#include <limits>
 #include <memory>
 
 namespace consort::script {
@@ -40,7 +42,8 @@ const valijson::Schema& compiled_schema() {
 nlohmann::json json_of(const YAML::Node& node) {
   if (node.IsScalar()) {
     if (const auto on = plain_switch(node)) return *on;
-    if (const auto whole = whole_number(node)) return *whole;
+    // valijson knows 64 bits with a sign; what is beyond its largest number is judged like that one.
+    if (const auto whole = whole_number(node)) return static_cast<std::int64_t>(std::min<std::uint64_t>(*whole, std::numeric_limits<std::int64_t>::max()));
     if (const auto number = plain_number(node)) return *number;
     return node.Scalar();
   }
@@ -101,7 +104,12 @@ void check_against_schema(const YAML::Node& document, Mistakes& mistakes) {
   valijson::ValidationResults results;
   const auto json = json_of(document);
   if (validator.validate(compiled_schema(), valijson::adapters::NlohmannJsonAdapter(json), &results)) return;
+  // An error is repeated for every mapping around it; the innermost says it.
+  const auto within = [](const std::vector<std::string>& outer, const std::vector<std::string>& inner) {
+    return outer.size() < inner.size() && std::equal(outer.begin(), outer.end(), inner.begin());
+  };
   for (const auto& error : results) {
+    if (std::any_of(results.begin(), results.end(), [&](const auto& other) { return within(error.context, other.context); })) continue;
     const YAML::Node at = node_at(document, error.context);
     mistakes.add(at, fmt::format("{}: found {}; the schema says: {}", dotted(error.context), describe(at), error.description));
   }

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace consort {
 
@@ -80,7 +81,9 @@ class Examination {
   [[nodiscard]] bool random() const { return !std::holds_alternative<FixedSchedule>(experiment_.topology); }
 
   void scope() {
-    std::string evidence = fmt::format("{}: {} graphs in rounds 0 to {}", experiment_.topology_text, survey_.segments.size(), survey_.rounds - 1);
+    std::set<const Graph*> distinct;
+    for (const auto& segment : survey_.segments) distinct.insert(segment.graph.get());
+    std::string evidence = fmt::format("{}: {} graphs in rounds 0 to {}", experiment_.topology_text, distinct.size(), survey_.rounds - 1);
     if (survey_.constant()) evidence = fmt::format("{}: the same graph in rounds 0 to {}, {} edges", experiment_.topology_text, survey_.rounds - 1, graph().edge_count());
     if (!survey_.complete) evidence += fmt::format(" (of {}: more would take long)", experiment_.rounds);
     add(Verdict::note, "what was examined", evidence,
@@ -100,15 +103,16 @@ class Examination {
     const auto spanning = survey_.spanning();
     const std::string theorem = "(Ren, Beard, Kingston 2005, Theorem 3.9: discrete-time scheme, no communication noise)";
     if (spanning.window) {
-      add(Verdict::holds, "the union of the graphs over bounded windows has a spanning tree", fmt::format("over every {} rounds on end", *spanning.window),
-          "the agents reach consensus " + theorem);
+      add(Verdict::holds, "the union of the graphs over bounded windows has a spanning tree", *spanning.window == 1 ? "in every single round" : fmt::format("over every {} rounds on end", *spanning.window),
+          "Kalman consensus reaches agreement " + theorem);
     } else {
       add(Verdict::fails, "the union of the graphs over bounded windows has a spanning tree", fmt::format("not from round {} on", spanning.broken_from),
           "no consensus is promised " + theorem);
     }
     const auto unbalanced = survey_.failure(balanced);
     add(unbalanced ? Verdict::fails : Verdict::holds, "balanced (in-degree = out-degree at every agent) in every round", evidence_of(unbalanced),
-        unbalanced ? "local voting keeps a weighted mean, not the mean" : "local voting keeps the mean of the states");
+        unbalanced ? "the value agreed on favours some agents: local voting does not keep the mean of the states, Kalman consensus is biased"
+                   : "local voting keeps the mean of the states; Kalman consensus is unbiased if also all agents have equally many listeners");
     if (survey_.constant() && experiment_.agents > 1 && experiment_.agents <= kLargestSpectrum)
       add(Verdict::note, "algebraic connectivity", short_number(algebraic_connectivity(graph())),
           "smallest real part of the Laplacian's eigenvalues other than one zero: the larger, the faster the agreement");
@@ -198,7 +202,7 @@ class Examination {
       value = fmt::format(": limit {}, centralised {}{}", vector_text(limit), vector_text(centralised_estimate(experiment_, experiment_.seed)), limits_of_prediction());
     }
     add(unequal ? Verdict::fails : Verdict::holds, condition, evidence_of(unequal),
-        (unequal ? "the consensus is biased towards agents with many listeners (Alighanbari, How 2006, section IV); balance alone would not prevent it"
+        (unequal ? "the consensus is biased towards agents with many listeners (Alighanbari, How 2006, section IV)"
                  : "the consensus is the centralised estimate (Alighanbari, How 2006, (7))") +
             value);
   }

@@ -1,0 +1,89 @@
+#include "core/errors.hpp"
+#include "orchestrator/results.hpp"
+#include "orchestrator/run.hpp"
+#include "orchestrator/script.hpp"
+#include "orchestrator/theory.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <set>
+
+namespace consort {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> shipped() {
+  std::vector<fs::path> out;
+  for (const auto& entry : fs::directory_iterator(fs::path(CONSORT_SOURCE_DIR) / "experiments"))
+    if (entry.path().extension() == ".yaml") out.push_back(entry.path());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// Hands every outcome to the results.
+class Collecting : public RunObserver {
+ public:
+  explicit Collecting(Results& results) : results_(results) {}
+  void launching(std::size_t, std::size_t, std::size_t) override {}
+  void run_begins(const Job&, const Layout&, const Layout&) override {}
+  void report(const Job&, const RoundReport&) override {}
+  void event(const Job&, Round, const std::string&, const std::string&) override {}
+  void run_ends(const JobOutcome& outcome) override { results_.add(outcome); }
+
+ private:
+  Results& results_;
+};
+
+class ShippedExperiment : public testing::TestWithParam<fs::path> {};
+
+TEST_P(ShippedExperiment, SaysWhatItAsksWhereItIsFromAndWhatToExpect) {
+  const Experiment e = load_experiment(GetParam());
+  EXPECT_EQ(e.name, GetParam().stem().string());
+  EXPECT_NE(e.description.substr(0, e.description.find("\n\n")).find('?'), std::string::npos) << "the header opens with the question";
+  for (const char* part : {"Source: ", "Status: ", "Expected: "}) EXPECT_NE(e.description.find(part), std::string::npos) << part;
+  const std::string status = e.description.substr(e.description.find("Status: ") + 8);
+  constexpr std::array<std::string_view, 3> kWords{"REPRODUCED", "NOT", "FIXTURE"};
+  EXPECT_TRUE(std::any_of(kWords.begin(), kWords.end(), [&](std::string_view word) { return status.starts_with(word); })) << status;
+  EXPECT_FALSE(e.criteria.empty());
+}
+
+TEST_P(ShippedExperiment, MeetsItsCriteriaInSimulation) {
+  const Experiment e = load_experiment(GetParam(), {.mode = Mode::simulate});
+  Results results(e, {});
+  Collecting observer(results);
+  const SessionTimes times = run_simulated(e, {}, observer);
+  const Summary summary = results.summary(times, Exit::ok, "");
+  ASSERT_EQ(summary.criteria.size(), e.criteria.size());
+  for (const auto& criterion : summary.criteria) EXPECT_TRUE(criterion.met) << criterion.text << ": " << criterion.value;
+}
+
+TEST_P(ShippedExperiment, IsTheSameAfterBeingResolved) {
+  const Experiment e = load_experiment(GetParam());
+  EXPECT_EQ(parse_experiment(e.resolved_text, "resolved", ".").resolved_text, e.resolved_text);
+}
+
+// Where theory promises agreement on the centralised estimate or refuses it, the criteria above say the same numbers; here it must speak.
+TEST_P(ShippedExperiment, IsExaminedByTheoryForEachOfItsProtocols) {
+  const Experiment e = load_experiment(GetParam());
+  const auto findings = examine(e);
+  for (const auto& choice : e.protocols)
+    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.condition.starts_with(choice.name + ":"); })) << choice.name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, ShippedExperiment, testing::ValuesIn(shipped()), [](const auto& info) { return info.param.stem().string(); });
+
+TEST(ShippedExperiments, AreTheOnesPromised) {
+  const std::set<std::string> promised{"meet_for_dinner", "meet_for_dinner_leader", "kalman_bias",  "kalman_unbiased", "table1_case1",       "table1_case2",
+                                       "table1_case3",    "table1_case4",           "table1_case5", "table1_case6",    "switching_unbiased", "local_voting_ring",
+                                       "complete_100"};
+  std::set<std::string> found;
+  for (const auto& file : shipped()) found.insert(file.stem().string());
+  for (const auto& name : promised) EXPECT_TRUE(found.contains(name)) << name;
+}
+
+}  // namespace
+}  // namespace consort
