@@ -92,7 +92,8 @@ std::vector<std::string> metrics_of(const std::string& criterion) {
 void check_criterion(const std::string& criterion, std::span<const std::string> known) {
   for (const auto& name : metrics_of(criterion)) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    throw ConfigError(fmt::format("criterion: found the unknown metric '{}' in '{}'; allowed: {}{}", name, criterion, listed(known), did_you_mean(name, known)));
+    throw ConfigError(fmt::format("criterion: found the unknown metric '{}' in '{}'; allowed: {}{}", name, criterion, listed(known),
+                                  did_you_mean(name, known)));
   }
 }
 
@@ -104,7 +105,8 @@ std::vector<CriterionResult> judge(std::span<const std::string> criteria, const 
   for (const auto& text : criteria) {
     check_criterion(text, known);
     const auto names = metrics_of(text);
-    const bool numbers = std::none_of(names.begin(), names.end(), [&values](const std::string& name) { return std::isnan(values.at(name)); });
+    const bool numbers =
+        std::none_of(names.begin(), names.end(), [&values](const std::string& name) { return std::isnan(values.at(name)); });
     const double left = evaluate(text.substr(0, comparison_in(text)), values);
     const double truth = evaluate(text, values);
     out.push_back({text, numbers && !std::isnan(left) && !std::isnan(truth) && truth != 0.0, left});

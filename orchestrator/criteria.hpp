@@ -12,7 +12,7 @@ namespace consort {
 struct CriterionResult {
   std::string text;
   bool met = false;
-  double value = 0.0;   ///< the left-hand side (of the first comparison, if there are several)
+  double value = 0.0;  ///< the left-hand side (of the first comparison, if there are several)
 };
 
 /// The metric names a criterion uses, ascending. Throws ConfigError if the text is not a comparison muParser understands.

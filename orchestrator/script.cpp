@@ -41,7 +41,8 @@ std::string header_comment(const std::string& text) {
 // Reads what stands at the top level besides agents and topology.
 class TopLevel {
  public:
-  TopLevel(Mistakes& mistakes, const Section& top, const ScriptOverrides& overrides, Experiment& out) : mistakes_(mistakes), top_(top), overrides_(overrides), out_(out) {}
+  TopLevel(Mistakes& mistakes, const Section& top, const ScriptOverrides& overrides, Experiment& out)
+      : mistakes_(mistakes), top_(top), overrides_(overrides), out_(out) {}
 
   void read_run() {
     if (const auto node = top_.required("experiment"); present(node)) read_name(node);
@@ -56,8 +57,10 @@ class TopLevel {
     if (overrides_.seed) out_.seed = Seed{*overrides_.seed};
     out_.runs = overrides_.runs.value_or(out_.runs);
     out_.rounds = overrides_.rounds.value_or(out_.rounds);
-    if (out_.rounds < 1 || out_.rounds > kMostRounds) throw ConfigError(fmt::format("--rounds: found {}; allowed: a whole number from 1 to {}", out_.rounds, kMostRounds));
-    if (out_.runs < 1 || out_.runs > kMostRuns) throw ConfigError(fmt::format("--runs: found {}; allowed: a whole number from 1 to {}", out_.runs, kMostRuns));
+    if (out_.rounds < 1 || out_.rounds > kMostRounds)
+      throw ConfigError(fmt::format("--rounds: found {}; allowed: a whole number from 1 to {}", out_.rounds, kMostRounds));
+    if (out_.runs < 1 || out_.runs > kMostRuns)
+      throw ConfigError(fmt::format("--runs: found {}; allowed: a whole number from 1 to {}", out_.runs, kMostRuns));
   }
 
   void read_rest() {
@@ -68,7 +71,8 @@ class TopLevel {
     if (const auto node = top_.find("telemetry"); present(node)) {
       const Section section(mistakes_, node, "telemetry", "/definitions/telemetry");
       if (const auto every = section.find("every"); present(every))
-        if (const auto value = read_whole(mistakes_, every, "telemetry.every", 1, kMostRounds)) out_.report_every = static_cast<Round>(*value);
+        if (const auto value = read_whole(mistakes_, every, "telemetry.every", 1, kMostRounds))
+          out_.report_every = static_cast<Round>(*value);
     }
     static const std::array<std::string, 3> kDiscoveries{"auto", "multicast", "neighbours"};
     if (const auto node = top_.find("discovery"); present(node))
@@ -83,7 +87,7 @@ class TopLevel {
   void check_criteria() {
     if (out_.criteria.empty()) return;
     const auto wanted = out_.metrics;
-    out_.metrics.clear();   // every metric is known to a criterion, whatever is printed
+    out_.metrics.clear();  // every metric is known to a criterion, whatever is printed
     const auto names = metric_names(out_);
     out_.metrics = wanted;
     const YAML::Node list = top_.find("criteria");
@@ -107,13 +111,15 @@ class TopLevel {
   void read_name(const YAML::Node& node) {
     const auto fits = [](const std::string& name) {
       const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-      return !name.empty() && letter(name.front()) &&
-             std::all_of(name.begin(), name.end(), [&letter](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; });
+      return !name.empty() && letter(name.front()) && std::all_of(name.begin(), name.end(), [&letter](char c) {
+        return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-';
+      });
     };
     if (node.IsScalar() && fits(node.Scalar())) {
       out_.name = node.Scalar();
     } else {
-      mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter", describe(node)));
+      mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter",
+                                      describe(node)));
     }
   }
 
@@ -121,7 +127,8 @@ class TopLevel {
     if (const auto node = section.find("loss"); present(node)) {
       if (node.IsMap()) {
         const Section loss(mistakes_, node, section.path("loss"), "/definitions/loss/oneOf/1");
-        if (const auto p = loss.required("bernoulli"); present(p)) link.loss_probability = read_number(mistakes_, p, loss.path("bernoulli"), kProbability).value_or(0.0);
+        if (const auto p = loss.required("bernoulli"); present(p))
+          link.loss_probability = read_number(mistakes_, p, loss.path("bernoulli"), kProbability).value_or(0.0);
       } else {
         link.loss_probability = read_number(mistakes_, node, section.path("loss"), kProbability).value_or(0.0);
       }
@@ -134,7 +141,7 @@ class TopLevel {
       try {
         Values values;
         values.set("noise_covariance", *covariance);
-        static_cast<void>(values.covariance("noise_covariance", covariance->rows()));   // for its objections
+        static_cast<void>(values.covariance("noise_covariance", covariance->rows()));  // for its objections
         link.noise_covariance = *covariance;
       } catch (const ConfigError& error) {
         mistakes_.add(node, fmt::format("{}: {}", section.path("noise_covariance"), error.what()));
@@ -148,7 +155,8 @@ class TopLevel {
     const auto overrides = section.find("overrides");
     if (!present(overrides)) return;
     if (!overrides.IsSequence()) {
-      mistakes_.add(overrides, fmt::format("links.overrides: found {}; allowed: a list such as [{{edge: 3 -> 7, delay_rounds: 2}}]", describe(overrides)));
+      mistakes_.add(overrides, fmt::format("links.overrides: found {}; allowed: a list such as [{{edge: 3 -> 7, delay_rounds: 2}}]",
+                                           describe(overrides)));
       return;
     }
     for (std::size_t i = 0; i < overrides.size(); ++i) {
@@ -159,13 +167,16 @@ class TopLevel {
       read_link(entry, link);
       const auto one = entry.find("edge"), several = entry.find("edges");
       if (present(one) == present(several)) {
-        mistakes_.add(overrides[i], fmt::format("{}: found {}; allowed: exactly one of 'edge' and 'edges'", what, present(one) ? "both 'edge' and 'edges'" : "neither 'edge' nor 'edges'"));
+        mistakes_.add(overrides[i], fmt::format("{}: found {}; allowed: exactly one of 'edge' and 'edges'", what,
+                                                present(one) ? "both 'edge' and 'edges'" : "neither 'edge' nor 'edges'"));
         continue;
       }
-      const auto edges = present(one) ? read_edge(mistakes_, one, what + ".edge", out_.agents) : read_edges(mistakes_, several, what + ".edges", out_.agents);
+      const auto edges = present(one) ? read_edge(mistakes_, one, what + ".edge", out_.agents)
+                                      : read_edges(mistakes_, several, what + ".edges", out_.agents);
       for (const Edge edge : edges)
         if (!out_.links.overrides.emplace(edge, link).second)
-          mistakes_.add(overrides[i], fmt::format("{}: found the edge {} in a second entry; allowed: each edge once", what, edge_text(edge)));
+          mistakes_.add(overrides[i],
+                        fmt::format("{}: found the edge {} in a second entry; allowed: each edge once", what, edge_text(edge)));
     }
   }
 
@@ -181,10 +192,12 @@ class TopLevel {
       LinkEvent event;
       // A run shortened on the command line may end before the file's last event.
       const std::uint64_t last = overrides_.rounds ? kMostRounds : out_.rounds - 1;
-      if (const auto round = section.required("round"); present(round)) event.round = static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
+      if (const auto round = section.required("round"); present(round))
+        event.round = static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
       const auto cut = section.find("cut"), heal = section.find("heal");
       if (present(cut) == present(heal)) {
-        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of 'cut' and 'heal'", what, present(cut) ? "both 'cut' and 'heal'" : "neither 'cut' nor 'heal'"));
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of 'cut' and 'heal'", what,
+                                           present(cut) ? "both 'cut' and 'heal'" : "neither 'cut' nor 'heal'"));
         continue;
       }
       event.heal = present(heal);
@@ -197,7 +210,8 @@ class TopLevel {
     const std::uint64_t most = std::max<std::uint64_t>(out_.agents, 1);
     if (const auto node = top_.find("placement"); present(node)) {
       const Section section(mistakes_, node, "placement", "/definitions/placement");
-      if (const auto per = section.find("agents_per_process"); present(per)) out_.agents_per_process = read_whole(mistakes_, per, "placement.agents_per_process", 1, most).value_or(1);
+      if (const auto per = section.find("agents_per_process"); present(per))
+        out_.agents_per_process = read_whole(mistakes_, per, "placement.agents_per_process", 1, most).value_or(1);
     }
     out_.agents_per_process = overrides_.agents_per_process.value_or(out_.agents_per_process);
     if (out_.agents_per_process < 1 || out_.agents_per_process > most)
@@ -206,14 +220,17 @@ class TopLevel {
 
   void read_stop(const YAML::Node& node) {
     const Section section(mistakes_, node, "stop", "/definitions/stop");
-    if (const auto deadline = section.find("deadline"); present(deadline)) out_.deadline = read_duration(mistakes_, deadline, "stop.deadline").value_or(out_.deadline);
+    if (const auto deadline = section.find("deadline"); present(deadline))
+      out_.deadline = read_duration(mistakes_, deadline, "stop.deadline").value_or(out_.deadline);
     const auto converged = section.find("converged");
     if (!present(converged)) return;
     const Section rule(mistakes_, converged, "stop.converged", "/definitions/stop/properties/converged");
     if (!rule.is_map()) return;
     Convergence convergence;
-    if (const auto d = rule.required("disagreement"); present(d)) convergence.disagreement = read_number(mistakes_, d, rule.path("disagreement"), kPositive).value_or(1.0);
-    if (const auto r = rule.find("for_rounds"); present(r)) convergence.for_rounds = static_cast<Round>(read_whole(mistakes_, r, rule.path("for_rounds"), 1, kMostRounds).value_or(1));
+    if (const auto d = rule.required("disagreement"); present(d))
+      convergence.disagreement = read_number(mistakes_, d, rule.path("disagreement"), kPositive).value_or(1.0);
+    if (const auto r = rule.find("for_rounds"); present(r))
+      convergence.for_rounds = static_cast<Round>(read_whole(mistakes_, r, rule.path("for_rounds"), 1, kMostRounds).value_or(1));
     out_.convergence = convergence;
   }
 
@@ -240,7 +257,7 @@ class TopLevel {
   }
 
   void add_metrics_of(const std::string& criterion) {
-    if (out_.metrics.empty()) return;   // all of them anyway
+    if (out_.metrics.empty()) return;  // all of them anyway
     for (std::string name : metrics_of(criterion)) {
       if (out_.protocols.size() > 1) name.erase(0, name.find('.') + 1);
       name = name.substr(0, name.find_first_of(".["));
@@ -257,7 +274,8 @@ class TopLevel {
 YAML::Node parse(const std::string& text, Mistakes& mistakes) {
   try {
     YAML::Node document = YAML::Load(text);
-    if (document.IsNull()) mistakes.add(YAML::Mark(), "found an empty file; allowed: an experiment, a mapping with at least experiment, agents and topology");
+    if (document.IsNull())
+      mistakes.add(YAML::Mark(), "found an empty file; allowed: an experiment, a mapping with at least experiment, agents and topology");
     return document;
   } catch (const YAML::Exception& error) {
     mistakes.add(error.mark, "found text that is not YAML: " + error.msg + "; allowed: YAML 1.2");
@@ -267,7 +285,8 @@ YAML::Node parse(const std::string& text, Mistakes& mistakes) {
 
 }  // namespace
 
-Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
+                            const ScriptOverrides& overrides) {
   Mistakes mistakes(name);
   const YAML::Node document = parse(text, mistakes);
   mistakes.raise();
@@ -301,7 +320,8 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
 
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
   std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file)) throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
+  if (!in || std::filesystem::is_directory(file))
+    throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   return parse_experiment(text, file.string(), file.parent_path(), overrides);
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// The experiment file: YAML in, Experiment out. Every mistake is a ConfigError with file:line:column, what was found, what is allowed, the nearest match.
+/// The experiment file: YAML in, Experiment out. Every mistake is a ConfigError with file:line:column, what was found, what is allowed, the
+/// nearest match.
 
 #include "core/experiment.hpp"
 
@@ -21,7 +22,8 @@ struct ScriptOverrides {
 
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {});
 /// `name` stands for the file in messages; relative data files are found from `directory`.
-Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory, const ScriptOverrides& overrides = {});
+Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
+                            const ScriptOverrides& overrides = {});
 
 /// The JSON Schema of the experiment file, as shipped (experiments/experiment.schema.json), compiled in.
 std::string_view experiment_schema();

@@ -40,6 +40,18 @@ std::vector<std::string> known_names(const std::vector<ProtocolChoice>& protocol
   return names;
 }
 
+// Parameters that every protocol knows: an exception for one agent holds in each of them.
+std::vector<std::string> common_parameters(const std::vector<ProtocolChoice>& protocols) {
+  auto names = known_names(protocols, &ProtocolEntry::parameters);
+  std::erase_if(names, [&protocols](const std::string& name) {
+    return !std::all_of(protocols.begin(), protocols.end(), [&name](const ProtocolChoice& choice) {
+      const auto docs = entry_of(choice.name)->parameters;
+      return std::any_of(docs.begin(), docs.end(), [&name](const ValueDoc& doc) { return doc.name == name; });
+    });
+  });
+  return names;
+}
+
 bool known(Mistakes& mistakes, const YAML::Node& key, const std::string& what, const std::vector<std::string>& names) {
   const std::string name = key.IsScalar() ? key.Scalar() : describe(key);
   if (std::find(names.begin(), names.end(), name) != names.end()) return true;
@@ -89,8 +101,12 @@ void read_protocols(Mistakes& mistakes, const Section& section, Experiment& expe
   for (std::size_t i = 0; i < several.size(); ++i) {
     auto choice = read_protocol(mistakes, several[i], fmt::format("agents.protocols[{}]", i), places);
     if (!choice) continue;
-    const bool twice = std::any_of(experiment.protocols.begin(), experiment.protocols.end(), [&](const auto& other) { return other.name == choice->name; });
-    if (twice) mistakes.add(several[i], fmt::format("agents.protocols[{}]: found '{}' a second time; allowed: each protocol once, since metrics carry its name", i, choice->name));
+    const bool twice = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                                   [&](const auto& other) { return other.name == choice->name; });
+    if (twice)
+      mistakes.add(several[i],
+                   fmt::format("agents.protocols[{}]: found '{}' a second time; allowed: each protocol once, since metrics carry its name",
+                               i, choice->name));
     experiment.protocols.push_back(std::move(*choice));
   }
 }
@@ -98,7 +114,8 @@ void read_protocols(Mistakes& mistakes, const Section& section, Experiment& expe
 // --- numbers for every agent ---------------------------------------------------------------------------------------------
 
 // One line per agent, comma-separated.
-std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& node, const std::string& what, const std::filesystem::path& directory, std::size_t agents) {
+std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                         const std::filesystem::path& directory, std::size_t agents) {
   const auto name = read_text(mistakes, node, what);
   if (!name) return std::nullopt;
   const std::filesystem::path file = directory / *name;
@@ -137,12 +154,14 @@ std::optional<std::pair<double, double>> read_pair(Mistakes& mistakes, const YAM
   const auto low = node.IsSequence() && node.size() == 2 ? plain_number(node[0]) : std::nullopt;
   const auto high = low ? plain_number(node[1]) : std::nullopt;
   if (high && (!ascending || *low <= *high)) return std::pair(*low, *high);
-  mistakes.add(node, fmt::format("{}: found {}; allowed: two numbers {}", what, high ? fmt::format("[{}, {}]", number_text(*low), number_text(*high)) : describe(node),
+  mistakes.add(node, fmt::format("{}: found {}; allowed: two numbers {}", what,
+                                 high ? fmt::format("[{}, {}]", number_text(*low), number_text(*high)) : describe(node),
                                  ascending ? "[low, high] with low <= high" : "[first, last]"));
   return std::nullopt;
 }
 
-std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, const std::string& what, const std::filesystem::path& directory, std::size_t agents) {
+std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                  const std::filesystem::path& directory, std::size_t agents) {
   const Section section(mistakes, node, what, "/definitions/spread");
   std::vector<std::string> found;
   for (const char* key : {"all", "linspace", "uniform", "file"})
@@ -153,7 +172,8 @@ std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, co
   }
   std::size_t dimension = 1;
   if (const auto dimension_node = section.find("dimension"); present(dimension_node)) {
-    if (found[0] == "all" || found[0] == "file") mistakes.add(dimension_node, fmt::format("{}: found a dimension with {}; allowed: with linspace or uniform", what, found[0]));
+    if (found[0] == "all" || found[0] == "file")
+      mistakes.add(dimension_node, fmt::format("{}: found a dimension with {}; allowed: with linspace or uniform", what, found[0]));
     dimension = read_whole(mistakes, dimension_node, section.path("dimension"), 1, kMostComponents).value_or(1);
   }
   const YAML::Node value = section.find(found[0]);
@@ -169,18 +189,22 @@ std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, co
   return PerAgent{PerAgent::Uniform{pair->first, pair->second, dimension}};
 }
 
-std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& node, const std::string& what, const std::filesystem::path& directory, std::size_t agents) {
+std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                       const std::filesystem::path& directory, std::size_t agents) {
   if (node.IsMap()) return read_rule(mistakes, node, what, directory, agents);
   if (!node.IsSequence()) {
     const auto value = plain_number(node);
     if (value) return PerAgent{PerAgent::Same{Matrix::Constant(1, 1, *value)}};
-    mistakes.add(node, fmt::format("{}: found {}; allowed: a number, a list with one entry per agent, or one of {{all: ...}}, {{linspace: [first, last]}}, "
-                                   "{{uniform: [low, high]}}, {{file: ...}}",
-                                   what, describe(node)));
+    mistakes.add(
+        node, fmt::format(
+                  "{}: found {}; allowed: a number, a list with one entry per agent, or one of {{all: ...}}, {{linspace: [first, last]}}, "
+                  "{{uniform: [low, high]}}, {{file: ...}}",
+                  what, describe(node)));
     return std::nullopt;
   }
   if (node.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {}; allowed: {} entries, one per agent (the same vector for all is written {{all: [...]}})", what, describe(node), agents));
+    mistakes.add(node, fmt::format("{}: found {}; allowed: {} entries, one per agent (the same vector for all is written {{all: [...]}})",
+                                   what, describe(node), agents));
     return std::nullopt;
   }
   const std::size_t before = mistakes.count();
@@ -190,7 +214,8 @@ std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& nod
   return mistakes.count() == before ? std::optional(PerAgent{list}) : std::nullopt;
 }
 
-void read_initial(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment, Places& places) {
+void read_initial(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
+                  Places& places) {
   const auto names = known_names(experiment.protocols, &ProtocolEntry::initial);
   if (!node.IsMap()) {
     mistakes.add(node, fmt::format("agents.initial: found {}; allowed: a mapping with the names {}", describe(node), listed(names)));
@@ -205,45 +230,53 @@ void read_initial(Mistakes& mistakes, const YAML::Node& node, const std::filesys
   }
 }
 
-void read_override(Mistakes& mistakes, AgentId agent, const YAML::Node& node, const std::string& what, Experiment& experiment, Places& places) {
+void read_override(Mistakes& mistakes, AgentId agent, const YAML::Node& node, const std::string& what, Experiment& experiment,
+                   Places& places) {
   const Section section(mistakes, node, what, "/definitions/override");
   AgentOverride& out = experiment.overrides[agent];
-  const auto read = [&](const std::string& key, std::span<const ValueDoc> ProtocolEntry::*docs, Values& values) {
+  const auto read = [&](const std::string& key, const std::vector<std::string>& names, Values& values) {
     const YAML::Node part = section.find(key);
     if (!present(part)) return;
-    const auto names = known_names(experiment.protocols, docs);
     if (!part.IsMap()) {
-      mistakes.add(part, fmt::format("{}: found {}; allowed: a mapping with the names {}", section.path(key), describe(part), listed(names)));
+      mistakes.add(part,
+                   fmt::format("{}: found {}; allowed: a mapping with the names {}", section.path(key), describe(part), listed(names)));
       return;
     }
     for (const auto& entry : part) {
       if (!known(mistakes, entry.first, section.path(key), names)) continue;
       const std::string name = entry.first.Scalar();
       places.emplace(fmt::format("override {} {}", agent.value, name), entry.second.Mark());
-      if (const auto value = read_matrix(mistakes, entry.second, section.path(key) + "." + name, key == "parameters")) values.set(name, *value);
+      if (const auto value = read_matrix(mistakes, entry.second, section.path(key) + "." + name, key == "parameters"))
+        values.set(name, *value);
     }
   };
-  read("initial", &ProtocolEntry::initial, out.initial);
-  read("parameters", &ProtocolEntry::parameters, out.parameters);
+  read("initial", known_names(experiment.protocols, &ProtocolEntry::initial), out.initial);
+  read("parameters", common_parameters(experiment.protocols), out.parameters);
 }
 
 void read_overrides(Mistakes& mistakes, const YAML::Node& node, Experiment& experiment, Places& places) {
   if (!node.IsMap()) {
-    mistakes.add(node, fmt::format("agents.overrides: found {}; allowed: a mapping from agent number to what differs, such as {{3: {{initial: {{x: 1}}}}}}", describe(node)));
+    mistakes.add(
+        node, fmt::format(
+                  "agents.overrides: found {}; allowed: a mapping from agent number to what differs, such as {{3: {{initial: {{x: 1}}}}}}",
+                  describe(node)));
     return;
   }
   for (const auto& entry : node) {
     const auto id = whole_number(entry.first);
     if (!id || *id < 1 || *id > experiment.agents) {
-      mistakes.add(entry.first, fmt::format("agents.overrides: found {}; allowed: an agent from 1 to {}", describe(entry.first), experiment.agents));
+      mistakes.add(entry.first,
+                   fmt::format("agents.overrides: found {}; allowed: an agent from 1 to {}", describe(entry.first), experiment.agents));
       continue;
     }
-    read_override(mistakes, AgentId{static_cast<std::uint32_t>(*id)}, entry.second, fmt::format("agents.overrides.{}", *id), experiment, places);
+    read_override(mistakes, AgentId{static_cast<std::uint32_t>(*id)}, entry.second, fmt::format("agents.overrides.{}", *id), experiment,
+                  places);
   }
 }
 
 // The place of the value a protocol's objection is about: a name of its that the text quotes, else one it mentions.
-YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice& choice, const Places& places, const YAML::Mark& fallback) {
+YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice& choice, const Places& places,
+                    const YAML::Mark& fallback) {
   std::set<std::string> words;
   std::string word;
   for (const char c : text + " ") {
@@ -284,26 +317,29 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
 
 }  // namespace
 
-void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment, Places& places) {
+void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
+                 Places& places) {
   const Section section(mistakes, node, "agents", "/definitions/agents");
   if (!section.is_map()) return;
   const auto count_node = section.required("count");
   const auto count = present(count_node) ? read_whole(mistakes, count_node, "agents.count", 1, kMostAgents) : std::nullopt;
   experiment.agents = count.value_or(0);
   read_protocols(mistakes, section, experiment, places);
-  if (!count || experiment.protocols.empty()) return;   // what follows is judged by them
+  if (!count || experiment.protocols.empty()) return;  // what follows is judged by them
   if (const auto initial = section.find("initial"); present(initial)) read_initial(mistakes, initial, directory, experiment, places);
   if (const auto overrides = section.find("overrides"); present(overrides)) read_overrides(mistakes, overrides, experiment, places);
 }
 
-void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment, const Places& places) {
+void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment,
+                const Places& places) {
   for (const auto& choice : experiment.protocols) {
     std::optional<std::size_t> dimension;
     for (std::size_t i = 0; i < experiment.agents; ++i) {
       const AgentId agent = agent_at(i);
       try {
         const Values initial = experiment.initial_of(agent, experiment.seed);
-        const auto protocol = entry_of(choice.name)->make(experiment.parameters_of(choice, agent), Setup{agent, experiment.agents, experiment.dt, initial});
+        const auto protocol =
+            entry_of(choice.name)->make(experiment.parameters_of(choice, agent), Setup{agent, experiment.agents, experiment.dt, initial});
         const std::size_t found = protocol->estimate_layout().size();
         if (!dimension) try_links(mistakes, links_mark, experiment, protocol->message_layout().noise_size);
         if (found == dimension.value_or(found)) {
@@ -311,11 +347,13 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
           continue;
         }
         mistakes.add(place_of("'x'", agent, choice, places, agents_mark),
-                     fmt::format("agents: found {} components at agent {} and {} at agent 1; allowed: the same for all agents", found, agent.value, *dimension));
+                     fmt::format("agents: found {} components at agent {} and {} at agent 1; allowed: the same for all agents", found,
+                                 agent.value, *dimension));
       } catch (const ConfigError& error) {
-        mistakes.add(place_of(error.what(), agent, choice, places, agents_mark), fmt::format("agents: agent {} with {}: {}", agent.value, choice.name, error.what()));
+        mistakes.add(place_of(error.what(), agent, choice, places, agents_mark),
+                     fmt::format("agents: agent {} with {}: {}", agent.value, choice.name, error.what()));
       }
-      break;   // the others would say the same
+      break;  // the others would say the same
     }
     if (!mistakes.none()) return;
   }
@@ -329,7 +367,9 @@ std::vector<std::string> metric_names(const Experiment& experiment) {
     start.rounds = {0};
     for (std::size_t i = 0; i < experiment.agents; ++i) {
       const Values initial = experiment.initial_of(agent_at(i), experiment.seed);
-      const auto protocol = entry_of(choice.name)->make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
+      const auto protocol =
+          entry_of(choice.name)
+              ->make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
       start.estimate_layout = protocol->estimate_layout();
       start.dimension = start.estimate_layout.size();
       start.estimates.resize((i + 1) * start.dimension);

@@ -1,5 +1,6 @@
 #pragma once
-/// The agents part of the experiment file: protocols, initial values, exceptions; and every agent made once, to hear its protocol's objections early.
+/// The agents part of the experiment file: protocols, initial values, exceptions; and every agent made once, to hear its protocol's
+/// objections early.
 
 #include "core/experiment.hpp"
 #include "orchestrator/script_yaml.hpp"

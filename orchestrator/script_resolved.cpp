@@ -70,7 +70,8 @@ Node agents_of(const Experiment& experiment) {
     for (const auto& [name, value] : choice.parameters.entries()) protocol[name] = node_of(value);
     out["protocols"].push_back(protocol);
   }
-  for (const auto& [name, values] : experiment.initial) out["initial"][name] = std::visit([](const auto& source) { return node_of(source); }, values.source);
+  for (const auto& [name, values] : experiment.initial)
+    out["initial"][name] = std::visit([](const auto& source) { return node_of(source); }, values.source);
   for (const auto& [agent, override] : experiment.overrides) {
     Node entry(YAML::NodeType::Map);
     if (!override.initial.entries().empty()) entry["initial"] = node_of(override.initial);
@@ -147,7 +148,9 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   }
   out["stop"]["deadline"] = number_text(experiment.deadline);
   if (experiment.report_every) out["telemetry"]["every"] = *experiment.report_every;
-  out["discovery"] = experiment.discovery == Discovery::multicast ? "multicast" : experiment.discovery == Discovery::neighbours ? "neighbours" : "auto";
+  out["discovery"] = experiment.discovery == Discovery::multicast    ? "multicast"
+                     : experiment.discovery == Discovery::neighbours ? "neighbours"
+                                                                     : "auto";
   if (!experiment.metrics.empty()) out["metrics"] = list_of(experiment.metrics);
   if (!experiment.criteria.empty()) out["criteria"] = list_of(experiment.criteria);
   style(out);

@@ -1,9 +1,9 @@
 /// The JSON Schema of the experiment file: which keys it allows, and a whole document checked against it by valijson. The document
 /// goes through nlohmann JSON: the adapter for yaml-cpp in valijson 1.0 lacks the backward iteration its own validator needs.
 
-#include "orchestrator/wording.hpp"
 #include "orchestrator/script.hpp"
 #include "orchestrator/script_yaml.hpp"
+#include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -43,7 +43,8 @@ nlohmann::json json_of(const YAML::Node& node) {
   if (node.IsScalar()) {
     if (const auto on = plain_switch(node)) return *on;
     // valijson knows 64 bits with a sign; what is beyond its largest number is judged like that one.
-    if (const auto whole = whole_number(node)) return static_cast<std::int64_t>(std::min<std::uint64_t>(*whole, std::numeric_limits<std::int64_t>::max()));
+    if (const auto whole = whole_number(node))
+      return static_cast<std::int64_t>(std::min<std::uint64_t>(*whole, std::numeric_limits<std::int64_t>::max()));
     if (const auto number = plain_number(node)) return *number;
     return node.Scalar();
   }

@@ -25,8 +25,10 @@ std::span<const TopologyEntry> topology_table() {
       TopologyEntry{"adjacency", "{adjacency: [[0, 1], [1, 0]]}", "row i, column j: weight with which i receives from j"},
       TopologyEntry{"intervals", "{intervals: [{rounds: 5, topology: ring}, ...]}", "graphs one after the other; the last is held"},
       TopologyEntry{"periodic", "{periodic: [{rounds: 1, topology: ring}, ...]}", "graphs one after the other, then again"},
-      TopologyEntry{"random_pairs", "{random_pairs: {dwell_rounds: [1, 8]}}", "random perfect matchings, each kept for a random number of rounds"},
-      TopologyEntry{"random_links", "{random_links: {base: ring, probability: 0.5}}", "each edge of a base graph present with a probability, round by round"},
+      TopologyEntry{"random_pairs", "{random_pairs: {dwell_rounds: [1, 8]}}",
+                    "random perfect matchings, each kept for a random number of rounds"},
+      TopologyEntry{"random_links", "{random_links: {base: ring, probability: 0.5}}",
+                    "each edge of a base graph present with a probability, round by round"},
   };
   return kTable;
 }
@@ -60,7 +62,8 @@ std::vector<std::string> topology_names() {
 
 // Builds a graph; a family's own objection becomes a mistake at the node.
 template <class Make>
-std::optional<GraphRead> made(const Context& context, const YAML::Node& node, const std::string& what, std::string text, YAML::Node canonical, Make make) {
+std::optional<GraphRead> made(const Context& context, const YAML::Node& node, const std::string& what, std::string text,
+                              YAML::Node canonical, Make make) {
   try {
     return GraphRead{std::make_shared<const Graph>(make()), std::move(text), std::move(canonical)};
   } catch (const ConfigError& error) {
@@ -72,11 +75,16 @@ std::optional<GraphRead> made(const Context& context, const YAML::Node& node, co
 std::optional<GraphRead> read_named(const Context& context, const YAML::Node& node, const std::string& what, const std::string& name) {
   const std::size_t n = context.agents;
   using Family = Graph (*)(std::size_t);
-  for (const auto& [family, make] : {std::pair<std::string_view, Family>{"directed_ring", directed_ring}, {"ring", ring}, {"path", path}, {"star", star}, {"complete", complete}})
+  for (const auto& [family, make] : {std::pair<std::string_view, Family>{"directed_ring", directed_ring},
+                                     {"ring", ring},
+                                     {"path", path},
+                                     {"star", star},
+                                     {"complete", complete}})
     if (name == family) return made(context, node, what, name, YAML::Node(name), [make, n] { return make(n); });
   const auto names = topology_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) {
-    const auto entry = std::find_if(topology_table().begin(), topology_table().end(), [&name](const TopologyEntry& e) { return e.name == name; });
+    const auto entry =
+        std::find_if(topology_table().begin(), topology_table().end(), [&name](const TopologyEntry& e) { return e.name == name; });
     context.mistakes.add(node, fmt::format("{}: found '{}' without its parameters; allowed: {}", what, name, entry->form));
   } else {
     context.mistakes.add(node, fmt::format("{}: found {}; allowed: {}{}", what, describe(node), listed(names), did_you_mean(name, names)));
@@ -86,7 +94,8 @@ std::optional<GraphRead> read_named(const Context& context, const YAML::Node& no
 
 std::uint64_t own_seed(const Context& context, const Section& section) {
   if (const auto node = section.find("seed"); present(node))
-    if (const auto seed = read_whole(context.mistakes, node, section.path("seed"), 0, std::numeric_limits<std::uint64_t>::max())) return *seed;
+    if (const auto seed = read_whole(context.mistakes, node, section.path("seed"), 0, std::numeric_limits<std::uint64_t>::max()))
+      return *seed;
   return context.seed.value;
 }
 
@@ -97,7 +106,9 @@ std::optional<GraphRead> read_erdos_renyi(const Context& context, const YAML::No
   bool directed = false;
   if (const auto directed_node = section.find("directed"); present(directed_node)) {
     const auto on = plain_switch(directed_node);
-    if (!on) context.mistakes.add(directed_node, fmt::format("{}: found {}; allowed: true or false", section.path("directed"), describe(directed_node)));
+    if (!on)
+      context.mistakes.add(directed_node,
+                           fmt::format("{}: found {}; allowed: true or false", section.path("directed"), describe(directed_node)));
     directed = on.value_or(false);
   }
   const std::uint64_t seed = own_seed(context, section);
@@ -106,8 +117,8 @@ std::optional<GraphRead> read_erdos_renyi(const Context& context, const YAML::No
   canonical["erdos_renyi"]["p"] = number_text(*p);
   canonical["erdos_renyi"]["directed"] = directed;
   canonical["erdos_renyi"]["seed"] = seed;
-  return made(context, node, what, fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(*p), directed ? ", directed" : "", seed), canonical,
-              [&] { return erdos_renyi(context.agents, *p, directed, Seed{seed}); });
+  return made(context, node, what, fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(*p), directed ? ", directed" : "", seed),
+              canonical, [&] { return erdos_renyi(context.agents, *p, directed, Seed{seed}); });
 }
 
 std::optional<GraphRead> read_random_geometric(const Context& context, const YAML::Node& node, const std::string& what) {
@@ -125,7 +136,9 @@ std::optional<GraphRead> read_random_geometric(const Context& context, const YAM
 
 std::optional<GraphRead> read_edge_graph(const Context& context, const YAML::Node& node, const std::string& what) {
   if (!node.IsSequence()) {
-    context.mistakes.add(node, fmt::format("{}: found {}; allowed: a list of edges such as 1 -> 2, 2 <-> 3 or {{edge: 1 -> 2, weight: 0.5}}", what, describe(node)));
+    context.mistakes.add(
+        node, fmt::format("{}: found {}; allowed: a list of edges such as 1 -> 2, 2 <-> 3 or {{edge: 1 -> 2, weight: 0.5}}", what,
+                          describe(node)));
     return std::nullopt;
   }
   const std::size_t before = context.mistakes.count();
@@ -139,14 +152,16 @@ std::optional<GraphRead> read_edge_graph(const Context& context, const YAML::Nod
     std::vector<Edge> found;
     if (entry.IsMap()) {
       const Section section(context.mistakes, entry, place, "/definitions/weighted_edge");
-      if (const auto edge_node = section.required("edge"); present(edge_node)) found = read_edge(context.mistakes, edge_node, section.path("edge"), context.agents);
+      if (const auto edge_node = section.required("edge"); present(edge_node))
+        found = read_edge(context.mistakes, edge_node, section.path("edge"), context.agents);
       if (const auto weight_node = section.find("weight"); present(weight_node))
         weight = read_number(context.mistakes, weight_node, section.path("weight"), kPositive).value_or(1.0);
     } else {
       found = read_edge(context.mistakes, entry, place, context.agents);
     }
     for (const Edge edge : found) {
-      if (!seen.insert(edge).second) context.mistakes.add(entry, fmt::format("{}: found the edge {} a second time; allowed: each edge once", place, edge_text(edge)));
+      if (!seen.insert(edge).second)
+        context.mistakes.add(entry, fmt::format("{}: found the edge {} a second time; allowed: each edge once", place, edge_text(edge)));
       edges.push_back({edge, weight});
       if (weight == 1.0) {
         list.push_back(edge_text(edge));
@@ -169,7 +184,8 @@ std::optional<GraphRead> read_adjacency(const Context& context, const YAML::Node
   if (!matrix) return std::nullopt;
   const auto n = static_cast<Eigen::Index>(context.agents);
   if (matrix->rows() != n || matrix->cols() != n) {
-    context.mistakes.add(node, fmt::format("{}: found a matrix {} x {}; allowed: {} x {}, a row and a column per agent", what, matrix->rows(), matrix->cols(), n, n));
+    context.mistakes.add(node, fmt::format("{}: found a matrix {} x {}; allowed: {} x {}, a row and a column per agent", what,
+                                           matrix->rows(), matrix->cols(), n, n));
     return std::nullopt;
   }
   YAML::Node canonical;
@@ -187,7 +203,8 @@ std::optional<std::pair<std::string, YAML::Node>> only_rule(const Context& conte
   const Section section(context.mistakes, node, what, "/definitions/topology_rule");
   if (!section.is_map() || context.mistakes.count() != before) return std::nullopt;
   if (node.size() != 1) {
-    context.mistakes.add(node, fmt::format("{}: found {} keys; allowed: exactly one of {}", what, node.size(), listed(schema_keys("/definitions/topology_rule"))));
+    context.mistakes.add(node, fmt::format("{}: found {} keys; allowed: exactly one of {}", what, node.size(),
+                                           listed(schema_keys("/definitions/topology_rule"))));
     return std::nullopt;
   }
   return std::pair(node.begin()->first.Scalar(), YAML::Node(node.begin()->second));
@@ -207,9 +224,11 @@ std::optional<GraphRead> read_graph(const Context& context, const YAML::Node& no
     if (key == "edges") return read_edge_graph(context, rule->second, place);
     if (key == "adjacency") return read_adjacency(context, rule->second, place);
   }
-  context.mistakes.add(node, fmt::format("{}: found the schedule '{}' where one graph is needed; allowed: directed_ring, ring, path, star, complete, erdos_renyi, "
-                                         "random_geometric, edges, adjacency",
-                                         what, key));
+  context.mistakes.add(
+      node,
+      fmt::format("{}: found the schedule '{}' where one graph is needed; allowed: directed_ring, ring, path, star, complete, erdos_renyi, "
+                  "random_geometric, edges, adjacency",
+                  what, key));
   return std::nullopt;
 }
 
@@ -226,7 +245,8 @@ std::optional<TopologyRead> read_intervals(const Context& context, const YAML::N
     const Section section(context.mistakes, node[i], fmt::format("{}[{}]", what, i), "/definitions/interval");
     if (!section.is_map()) continue;
     const auto rounds_node = section.required("rounds");
-    const auto rounds = present(rounds_node) ? read_whole(context.mistakes, rounds_node, section.path("rounds"), 1, kMostRounds) : std::nullopt;
+    const auto rounds =
+        present(rounds_node) ? read_whole(context.mistakes, rounds_node, section.path("rounds"), 1, kMostRounds) : std::nullopt;
     const auto graph_node = section.required("topology");
     const auto graph = present(graph_node) ? read_graph(context, graph_node, section.path("topology")) : std::nullopt;
     if (!rounds || !graph) continue;
@@ -251,8 +271,9 @@ std::optional<TopologyRead> read_random_pairs(const Context& context, const YAML
       const auto low = dwell.IsSequence() && dwell.size() == 2 ? whole_number(dwell[0]) : std::nullopt;
       const auto high = low ? whole_number(dwell[1]) : std::nullopt;
       if (!high || *low < 1 || *high < *low || *high > kMostRounds) {
-        context.mistakes.add(dwell, fmt::format("{}: found {}; allowed: [shortest, longest], whole numbers of rounds with 1 <= shortest <= longest",
-                                                section.path("dwell_rounds"), describe(dwell)));
+        context.mistakes.add(
+            dwell, fmt::format("{}: found {}; allowed: [shortest, longest], whole numbers of rounds with 1 <= shortest <= longest",
+                               section.path("dwell_rounds"), describe(dwell)));
         return std::nullopt;
       }
       pairs = {static_cast<Round>(*low), static_cast<Round>(*high)};
@@ -283,8 +304,9 @@ std::string edge_text(Edge edge) { return fmt::format("{} -> {}", edge.from.valu
 
 std::vector<Edge> read_edge(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::size_t agents) {
   const auto refuse = [&](const std::string& why) {
-    mistakes.add(node, fmt::format("{}: found {}{}; allowed: sender -> receiver with agents 1 to {}, such as 1 -> 2, 2 <-> 3 or 1 -> 2 -> 3", what, describe(node), why,
-                                   agents));
+    mistakes.add(
+        node, fmt::format("{}: found {}{}; allowed: sender -> receiver with agents 1 to {}, such as 1 -> 2, 2 <-> 3 or 1 -> 2 -> 3", what,
+                          describe(node), why, agents));
     return std::vector<Edge>{};
   };
   if (!node.IsScalar()) return refuse("");
@@ -325,14 +347,16 @@ std::vector<Edge> read_edges(Mistakes& mistakes, const YAML::Node& node, const s
   std::set<Edge> seen;
   for (std::size_t i = 0; i < node.size(); ++i) {
     for (const Edge edge : read_edge(mistakes, node[i], fmt::format("{}[{}]", what, i), agents)) {
-      if (!seen.insert(edge).second) mistakes.add(node[i], fmt::format("{}[{}]: found the edge {} a second time; allowed: each edge once", what, i, edge_text(edge)));
+      if (!seen.insert(edge).second)
+        mistakes.add(node[i], fmt::format("{}[{}]: found the edge {} a second time; allowed: each edge once", what, i, edge_text(edge)));
       edges.push_back(edge);
     }
   }
   return edges;
 }
 
-std::optional<TopologyRead> read_topology(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::size_t agents, Seed seed) {
+std::optional<TopologyRead> read_topology(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::size_t agents,
+                                          Seed seed) {
   const Context context{mistakes, agents, seed};
   if (node.IsScalar() && node.Scalar() == "random_pairs") return read_random_pairs(context, node, what);
   if (node.IsMap() && node.size() == 1 && node.begin()->first.IsScalar()) {

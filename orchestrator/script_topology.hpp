@@ -12,8 +12,8 @@ namespace consort {
 /// A graph family or schedule of the experiment file, for `consort list topologies`.
 struct TopologyEntry {
   std::string_view name;
-  std::string_view form;      ///< how it is written in the file
-  std::string_view summary;   ///< one line
+  std::string_view form;     ///< how it is written in the file
+  std::string_view summary;  ///< one line
 };
 std::span<const TopologyEntry> topology_table();
 
@@ -23,8 +23,8 @@ namespace consort::script {
 
 struct TopologyRead {
   Schedule::Spec spec;
-  std::string text;       ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
-  YAML::Node canonical;   ///< every default written out, seeds included
+  std::string text;      ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
+  YAML::Node canonical;  ///< every default written out, seeds included
 };
 
 /// Reads a whole topology. `seed` is what random families take if they name none of their own.

@@ -12,7 +12,8 @@
 namespace consort::script {
 
 void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
-  add(file_, mark.is_null() ? 1 : static_cast<std::size_t>(mark.line) + 1, mark.is_null() ? 1 : static_cast<std::size_t>(mark.column) + 1, text);
+  add(file_, mark.is_null() ? 1 : static_cast<std::size_t>(mark.line) + 1, mark.is_null() ? 1 : static_cast<std::size_t>(mark.column) + 1,
+      text);
 }
 
 void Mistakes::add(const std::string& file, std::size_t line, std::size_t column, const std::string& text) {
@@ -38,9 +39,12 @@ std::string describe(const YAML::Node& node) {
     case YAML::NodeType::Scalar:
       if (node.Scalar().empty()) return "empty text";
       return plain_number(node) || plain_switch(node) ? node.Scalar() : fmt::format("text '{}'", node.Scalar());
-    case YAML::NodeType::Sequence: return node.size() == 0 ? "an empty list" : fmt::format("a list of {}", node.size());
-    case YAML::NodeType::Map: return "a mapping";
-    default: return "nothing";
+    case YAML::NodeType::Sequence:
+      return node.size() == 0 ? "an empty list" : fmt::format("a list of {}", node.size());
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "nothing";
   }
 }
 
@@ -97,7 +101,8 @@ std::optional<double> read_number(Mistakes& mistakes, const YAML::Node& node, co
   return std::nullopt;
 }
 
-std::optional<std::uint64_t> read_whole(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::uint64_t low, std::uint64_t high) {
+std::optional<std::uint64_t> read_whole(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::uint64_t low,
+                                        std::uint64_t high) {
   const auto value = whole_number(node);
   if (value && *value >= low && *value <= high) return value;
   mistakes.add(node, fmt::format("{}: found {}; allowed: a whole number from {} to {}", what, describe(node), low, high));
@@ -110,7 +115,8 @@ std::optional<std::string> read_text(Mistakes& mistakes, const YAML::Node& node,
   return std::nullopt;
 }
 
-std::optional<std::size_t> read_choice(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::span<const std::string> choices) {
+std::optional<std::size_t> read_choice(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                       std::span<const std::string> choices) {
   if (node.IsScalar()) {
     const auto it = std::find(choices.begin(), choices.end(), node.Scalar());
     if (it != choices.end()) return static_cast<std::size_t>(it - choices.begin());
@@ -137,8 +143,8 @@ std::optional<Matrix> read_rows(Mistakes& mistakes, const YAML::Node& node, cons
   for (std::size_t i = 0; i < node.size(); ++i) {
     const YAML::Node row = node[i];
     if (!row.IsSequence() || row.size() != columns || columns == 0) {
-      mistakes.add(row, fmt::format("{}: found {} as row {}; allowed: a matrix, rows of equal length ({} numbers as in row 1)", what, describe(row), i + 1,
-                                    columns));
+      mistakes.add(row, fmt::format("{}: found {} as row {}; allowed: a matrix, rows of equal length ({} numbers as in row 1)", what,
+                                    describe(row), i + 1, columns));
       return std::nullopt;
     }
     for (std::size_t j = 0; j < columns; ++j) {
@@ -165,7 +171,8 @@ std::optional<Matrix> read_matrix(Mistakes& mistakes, const YAML::Node& node, co
     mistakes.add(node, fmt::format("{}: found an empty list; allowed: a number, a list of numbers or a list of rows", what));
     return std::nullopt;
   }
-  if (std::any_of(node.begin(), node.end(), [](const YAML::Node& entry) { return entry.IsSequence(); })) return read_rows(mistakes, node, what);
+  if (std::any_of(node.begin(), node.end(), [](const YAML::Node& entry) { return entry.IsSequence(); }))
+    return read_rows(mistakes, node, what);
   Matrix out(static_cast<Eigen::Index>(node.size()), 1);
   bool good = true;
   for (std::size_t i = 0; i < node.size(); ++i) {
@@ -210,7 +217,8 @@ void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
     if (entry.first.IsScalar()) {
       const auto [it, fresh] = seen.emplace(entry.first.Scalar(), entry.first.Mark());
       if (!fresh)
-        mistakes.add(entry.first, fmt::format("found the key '{}' a second time (first in line {}); allowed: each key once", it->first, it->second.line + 1));
+        mistakes.add(entry.first, fmt::format("found the key '{}' a second time (first in line {}); allowed: each key once", it->first,
+                                              it->second.line + 1));
     }
     check_duplicate_keys(mistakes, entry.second);
   }
@@ -238,7 +246,8 @@ YAML::Node Section::find(const std::string& key) const { return is_map_ ? node_[
 
 YAML::Node Section::required(const std::string& key) const {
   const YAML::Node found = find(key);
-  if (is_map_ && !found.IsDefined()) mistakes_.add(node_, fmt::format("{}: found no '{}'; allowed: it must be given", what_.empty() ? "the experiment" : what_, key));
+  if (is_map_ && !found.IsDefined())
+    mistakes_.add(node_, fmt::format("{}: found no '{}'; allowed: it must be given", what_.empty() ? "the experiment" : what_, key));
   return found;
 }
 

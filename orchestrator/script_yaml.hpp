@@ -56,7 +56,7 @@ std::optional<std::uint64_t> whole_number(const YAML::Node& node);
 
 struct Range {
   double low, high;
-  bool low_open = false;   ///< `low` itself is not allowed
+  bool low_open = false;  ///< `low` itself is not allowed
   [[nodiscard]] bool holds(double value) const { return (low_open ? value > low : value >= low) && value <= high; }
   [[nodiscard]] std::string text() const;
 };

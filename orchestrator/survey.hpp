@@ -12,9 +12,9 @@ namespace consort {
 
 /// The graphs of rounds [0, rounds), one entry per segment that shares a graph.
 struct Survey {
-  Round rounds = 0;                          ///< rounds looked at
-  bool complete = false;                     ///< these are all the rounds of the run
-  std::vector<Schedule::Segment> segments;   ///< consecutive, clipped to the rounds looked at
+  Round rounds = 0;                         ///< rounds looked at
+  bool complete = false;                    ///< these are all the rounds of the run
+  std::vector<Schedule::Segment> segments;  ///< consecutive, clipped to the rounds looked at
 
   /// First round whose graph lacks a property, and how many rounds do.
   struct Failure {

@@ -3,8 +3,8 @@
 #include "core/metrics.hpp"
 #include "orchestrator/survey.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 using Verdict = Finding::Verdict;
 
-constexpr std::size_t kLargestSpectrum = 300;   // agents up to which eigenvalues are worth the wait
+constexpr std::size_t kLargestSpectrum = 300;  // agents up to which eigenvalues are worth the wait
 
 std::string short_number(double value) { return fmt::format("{:.6g}", value); }
 
@@ -58,7 +58,8 @@ double largest_in_degree(const Graph& graph) {
 // One experiment under examination.
 class Examination {
  public:
-  explicit Examination(const Experiment& experiment) : experiment_(experiment), survey_(survey(experiment.schedule(experiment.seed), experiment.rounds)) {}
+  explicit Examination(const Experiment& experiment)
+      : experiment_(experiment), survey_(survey(experiment.schedule(experiment.seed), experiment.rounds)) {}
 
   std::vector<Finding> findings() {
     scope();
@@ -84,16 +85,20 @@ class Examination {
     std::set<const Graph*> distinct;
     for (const auto& segment : survey_.segments) distinct.insert(segment.graph.get());
     std::string evidence = fmt::format("{}: {} graphs in rounds 0 to {}", experiment_.topology_text, distinct.size(), survey_.rounds - 1);
-    if (survey_.constant()) evidence = fmt::format("{}: the same graph in rounds 0 to {}, {} edges", experiment_.topology_text, survey_.rounds - 1, graph().edge_count());
+    if (survey_.constant())
+      evidence = fmt::format("{}: the same graph in rounds 0 to {}, {} edges", experiment_.topology_text, survey_.rounds - 1,
+                             graph().edge_count());
     if (!survey_.complete) evidence += fmt::format(" (of {}: more would take long)", experiment_.rounds);
     add(Verdict::note, "what was examined", evidence,
-        random() ? fmt::format("the topology is random: what follows is true of the rounds drawn with seed {}", experiment_.seed.value) : "what follows is exact for these rounds");
+        random() ? fmt::format("the topology is random: what follows is true of the rounds drawn with seed {}", experiment_.seed.value)
+                 : "what follows is exact for these rounds");
   }
 
   // Evidence for a property of every round's graph.
   std::string evidence_of(const std::optional<Survey::Failure>& failure) const {
     if (!failure) return survey_.constant() ? "the constant graph" : fmt::format("all {} rounds", survey_.rounds);
-    return survey_.constant() ? "the constant graph is not" : fmt::format("not in {} of {} rounds, first in round {}", failure->count, survey_.rounds, failure->first);
+    return survey_.constant() ? "the constant graph is not"
+                              : fmt::format("not in {} of {} rounds, first in round {}", failure->count, survey_.rounds, failure->first);
   }
 
   void connectivity() {
@@ -103,16 +108,19 @@ class Examination {
     const auto spanning = survey_.spanning();
     const std::string theorem = "(Ren, Beard, Kingston 2005, Theorem 3.9: discrete-time scheme, no communication noise)";
     if (spanning.window) {
-      add(Verdict::holds, "the union of the graphs over bounded windows has a spanning tree", *spanning.window == 1 ? "in every single round" : fmt::format("over every {} rounds on end", *spanning.window),
+      add(Verdict::holds, "the union of the graphs over bounded windows has a spanning tree",
+          *spanning.window == 1 ? "in every single round" : fmt::format("over every {} rounds on end", *spanning.window),
           "Kalman consensus reaches agreement " + theorem);
     } else {
-      add(Verdict::fails, "the union of the graphs over bounded windows has a spanning tree", fmt::format("not from round {} on", spanning.broken_from),
-          "no consensus is promised " + theorem);
+      add(Verdict::fails, "the union of the graphs over bounded windows has a spanning tree",
+          fmt::format("not from round {} on", spanning.broken_from), "no consensus is promised " + theorem);
     }
     const auto unbalanced = survey_.failure(balanced);
-    add(unbalanced ? Verdict::fails : Verdict::holds, "balanced (in-degree = out-degree at every agent) in every round", evidence_of(unbalanced),
-        unbalanced ? "the value agreed on favours some agents: local voting does not keep the mean of the states, Kalman consensus is biased"
-                   : "local voting keeps the mean of the states; Kalman consensus is unbiased if also all agents have equally many listeners");
+    add(unbalanced ? Verdict::fails : Verdict::holds, "balanced (in-degree = out-degree at every agent) in every round",
+        evidence_of(unbalanced),
+        unbalanced
+            ? "the value agreed on favours some agents: local voting does not keep the mean of the states, Kalman consensus is biased"
+            : "local voting keeps the mean of the states; Kalman consensus is unbiased if also all agents have equally many listeners");
     if (survey_.constant() && experiment_.agents > 1 && experiment_.agents <= kLargestSpectrum)
       add(Verdict::note, "algebraic connectivity", short_number(algebraic_connectivity(graph())),
           "smallest real part of the Laplacian's eigenvalues other than one zero: the larger, the faster the agreement");
@@ -120,7 +128,8 @@ class Examination {
 
   [[nodiscard]] bool ideal_links() const {
     const auto& links = experiment_.links;
-    return links.standard.ideal() && std::all_of(links.overrides.begin(), links.overrides.end(), [](const auto& entry) { return entry.second.ideal(); });
+    return links.standard.ideal() &&
+           std::all_of(links.overrides.begin(), links.overrides.end(), [](const auto& entry) { return entry.second.ideal(); });
   }
   [[nodiscard]] std::string limits_of_prediction() const { return ideal_links() ? "" : " with ideal links"; }
 
@@ -131,14 +140,17 @@ class Examination {
     }
     const double dt = experiment_.dt;
     const auto failure = survey_.failure([dt](const Graph& graph) { return dt * largest_in_degree(graph) < 1.0; });
-    add(failure ? Verdict::note : Verdict::holds, "local_voting: dt times the largest in-degree is below 1 in every round", evidence_of(failure),
+    add(failure ? Verdict::note : Verdict::holds, "local_voting: dt times the largest in-degree is below 1 in every round",
+        evidence_of(failure),
         failure ? "I - dt L has a weight that is not positive on the diagonal: the products of stochastic matrices say nothing"
-                : "I - dt L is stochastic with a positive diagonal, so spanning unions give consensus (Ren, Beard, Kingston 2005, Lemmas 3.5 and 3.7)");
+                : "I - dt L is stochastic with a positive diagonal, so spanning unions give consensus (Ren, Beard, Kingston 2005, Lemmas "
+                  "3.5 and 3.7)");
   }
 
   void local_voting_constant() {
     auto spectrum = laplacian_spectrum(graph());
-    const auto zero_at = std::min_element(spectrum.begin(), spectrum.end(), [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
+    const auto zero_at =
+        std::min_element(spectrum.begin(), spectrum.end(), [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
     if (zero_at != spectrum.end()) spectrum.erase(zero_at);
     double largest = 0.0, step = std::numeric_limits<double>::infinity();
     for (const auto& lambda : spectrum) {
@@ -148,13 +160,17 @@ class Examination {
     }
     const bool holds = spectrum.empty() || largest < 1.0 - 1e-12;
     const std::string condition = "local_voting: all eigenvalues of I - dt L other than one 1 lie inside the unit circle";
-    const std::string evidence = spectrum.empty() ? "one agent" : fmt::format("largest modulus {}; dt = {}, allowed below {}", short_number(largest), short_number(experiment_.dt), short_number(step));
+    const std::string evidence = spectrum.empty() ? "one agent"
+                                                  : fmt::format("largest modulus {}; dt = {}, allowed below {}", short_number(largest),
+                                                                short_number(experiment_.dt), short_number(step));
     std::string consequence = "the states do not settle: take a smaller dt, or a graph with a spanning tree";
     if (holds && has_spanning_tree(graph())) {
       Vector value = Vector::Zero(experiment_.initial_of(agent_at(0), experiment_.seed).vector("x").size());
       const Vector w = left_null_vector(graph());
-      for (std::size_t i = 0; i < experiment_.agents; ++i) value += w[static_cast<Eigen::Index>(i)] * experiment_.initial_of(agent_at(i), experiment_.seed).vector("x");
-      consequence = fmt::format("the states converge to w^T x(0) = {}{}, w the left null vector of L (Knotek, thesis, (2.13))", vector_text(value), limits_of_prediction());
+      for (std::size_t i = 0; i < experiment_.agents; ++i)
+        value += w[static_cast<Eigen::Index>(i)] * experiment_.initial_of(agent_at(i), experiment_.seed).vector("x");
+      consequence = fmt::format("the states converge to w^T x(0) = {}{}, w the left null vector of L (Knotek, thesis, (2.13))",
+                                vector_text(value), limits_of_prediction());
     }
     add(holds ? Verdict::holds : Verdict::fails, condition, evidence, consequence);
   }
@@ -185,7 +201,8 @@ class Examination {
 
   [[nodiscard]] bool gains_without_noise(const ProtocolChoice& choice) const {
     const auto clean = [](const Values& values) { return zero(values, "Q") && zero(values, "Omega"); };
-    return clean(choice.parameters) && std::all_of(experiment_.overrides.begin(), experiment_.overrides.end(), [&](const auto& entry) { return clean(entry.second.parameters); });
+    return clean(choice.parameters) && std::all_of(experiment_.overrides.begin(), experiment_.overrides.end(),
+                                                   [&](const auto& entry) { return clean(entry.second.parameters); });
   }
 
   void kalman(const ProtocolChoice& choice) {
@@ -199,7 +216,8 @@ class Examination {
     std::string value;
     if (survey_.constant() && !strong_ && experiment_.agents <= kLargestSpectrum) {
       const Vector limit = kalman_limit();
-      value = fmt::format(": limit {}, centralised {}{}", vector_text(limit), vector_text(centralised_estimate(experiment_, experiment_.seed)), limits_of_prediction());
+      value = fmt::format(": limit {}, centralised {}{}", vector_text(limit),
+                          vector_text(centralised_estimate(experiment_, experiment_.seed)), limits_of_prediction());
     }
     add(unequal ? Verdict::fails : Verdict::holds, condition, evidence_of(unequal),
         (unequal ? "the consensus is biased towards agents with many listeners (Alighanbari, How 2006, section IV)"
@@ -209,14 +227,17 @@ class Examination {
 
   void unbiased(const ProtocolChoice& choice) {
     const bool clean = gains_without_noise(choice);
-    const bool weighted = survey_.failure([](const Graph& graph) {
-      const auto edges = graph.edges();
-      return std::all_of(edges.begin(), edges.end(), [](const WeightedEdge& edge) { return edge.weight == 1.0; });
-    }).has_value();
+    const bool weighted = survey_
+                              .failure([](const Graph& graph) {
+                                const auto edges = graph.edges();
+                                return std::all_of(edges.begin(), edges.end(), [](const WeightedEdge& edge) { return edge.weight == 1.0; });
+                              })
+                              .has_value();
     const bool holds = !strong_ && clean && !weighted;
     std::string evidence = "strongly connected: " + evidence_of(strong_) + (clean ? "; Q = Omega = 0" : "; Q or Omega is above 0");
     if (weighted) evidence += "; some edges have a weight other than 1";
-    std::string consequence = "it converges to the centralised estimate " + vector_text(centralised_estimate(experiment_, experiment_.seed)) + limits_of_prediction();
+    std::string consequence = "it converges to the centralised estimate " +
+                              vector_text(centralised_estimate(experiment_, experiment_.seed)) + limits_of_prediction();
     if (!holds) consequence = "the centralised estimate is not promised";
     if (!clean) consequence += ": once P is small against Omega all gains are alike, and the number of listeners decides again";
     add(holds ? Verdict::holds : Verdict::fails, choice.name + ": strongly connected in every round, gains without Q and Omega", evidence,
@@ -226,23 +247,28 @@ class Examination {
   void links() {
     const auto any = [this](auto property) {
       const auto& links = experiment_.links;
-      return property(links.standard) || std::any_of(links.overrides.begin(), links.overrides.end(), [&](const auto& entry) { return property(entry.second); });
+      return property(links.standard) ||
+             std::any_of(links.overrides.begin(), links.overrides.end(), [&](const auto& entry) { return property(entry.second); });
     };
     if (any([](const LinkSpec& link) { return link.loss_probability > 0.0; })) {
       add(Verdict::note, "links lose messages", "a lost message is a missing edge in its round; the graphs above are the scheduled ones",
-          "the value agreed on depends on what was lost; unbiased_kalman_consensus loses what the message carried, so it is biased (it divides by listeners, not by deliveries)");
+          "the value agreed on depends on what was lost; unbiased_kalman_consensus loses what the message carried, so it is biased (it "
+          "divides by listeners, not by deliveries)");
     }
     if (any([](const LinkSpec& link) { return link.noise_covariance.size() > 0 && !link.noise_covariance.isZero(0.0); })) {
-      add(Verdict::note, "links add noise", "noise covariance above 0", "agreement is never exact and the common value wanders; the theorems above ask for zero noise");
+      add(Verdict::note, "links add noise", "noise covariance above 0",
+          "agreement is never exact and the common value wanders; the theorems above ask for zero noise");
     }
     if (any([](const LinkSpec& link) { return link.delay_rounds > 0; })) {
-      add(Verdict::note, "links delay messages", "delay of at least one round", "the theorems above are about messages of the same round and do not cover this");
+      add(Verdict::note, "links delay messages", "delay of at least one round",
+          "the theorems above are about messages of the same round and do not cover this");
     }
     if (experiment_.links.overrides.empty()) return;
     const Graph support = experiment_.schedule(experiment_.seed).support(experiment_.rounds);
     for (const auto& [edge, spec] : experiment_.links.overrides)
       if (!support.has(edge))
-        add(Verdict::note, fmt::format("link override on {} -> {}", edge.from.value, edge.to.value), "the topology never has this edge", "the override has no effect");
+        add(Verdict::note, fmt::format("link override on {} -> {}", edge.from.value, edge.to.value), "the topology never has this edge",
+            "the override has no effect");
   }
 
   const Experiment& experiment_;

@@ -50,8 +50,8 @@ TEST(Criterion, ReadsPrefixedComponentAndDeviationNames) {
 
 TEST(Criterion, IsNeverMetByANumberThatIsNone) {
   const Metrics metrics{{"rounds_to_convergence", kNaN}, {"bias", 0.0}};
-  for (const char* text : {"rounds_to_convergence <= 300", "rounds_to_convergence > 300", "rounds_to_convergence != 3", "bias < 1 || rounds_to_convergence < 3",
-                           "bias / bias != 1"}) {
+  for (const char* text : {"rounds_to_convergence <= 300", "rounds_to_convergence > 300", "rounds_to_convergence != 3",
+                           "bias < 1 || rounds_to_convergence < 3", "bias / bias != 1"}) {
     SCOPED_TRACE(text);
     EXPECT_FALSE(judged(text, metrics).met);
   }
@@ -59,7 +59,8 @@ TEST(Criterion, IsNeverMetByANumberThatIsNone) {
 
 TEST(Criterion, WithAnUnknownMetricNamesTheNearest) {
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "found the unknown metric 'disagrement'", refusal("disagrement < 1"));
-  EXPECT_PRED_FORMAT2(testing::IsSubstring, "allowed: bias, disagreement, rounds; did you mean 'disagreement'?", refusal("disagrement < 1"));
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "allowed: bias, disagreement, rounds; did you mean 'disagreement'?",
+                      refusal("disagrement < 1"));
   EXPECT_THROW(judged("speed < 1", {{"bias", 0.0}}), ConfigError);
 }
 

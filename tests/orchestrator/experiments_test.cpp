@@ -71,15 +71,17 @@ TEST_P(ShippedExperiment, IsExaminedByTheoryForEachOfItsProtocols) {
   const Experiment e = load_experiment(GetParam());
   const auto findings = examine(e);
   for (const auto& choice : e.protocols)
-    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.condition.starts_with(choice.name + ":"); })) << choice.name;
+    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.condition.starts_with(choice.name + ":"); }))
+        << choice.name;
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, ShippedExperiment, testing::ValuesIn(shipped()), [](const auto& info) { return info.param.stem().string(); });
+INSTANTIATE_TEST_SUITE_P(Files, ShippedExperiment, testing::ValuesIn(shipped()),
+                         [](const auto& info) { return info.param.stem().string(); });
 
 TEST(ShippedExperiments, AreTheOnesPromised) {
-  const std::set<std::string> promised{"meet_for_dinner", "meet_for_dinner_leader", "kalman_bias",  "kalman_unbiased", "table1_case1",       "table1_case2",
-                                       "table1_case3",    "table1_case4",           "table1_case5", "table1_case6",    "switching_unbiased", "local_voting_ring",
-                                       "complete_100"};
+  const std::set<std::string> promised{"meet_for_dinner",    "meet_for_dinner_leader", "kalman_bias",  "kalman_unbiased", "table1_case1",
+                                       "table1_case2",       "table1_case3",           "table1_case4", "table1_case5",    "table1_case6",
+                                       "switching_unbiased", "local_voting_ring",      "complete_100"};
   std::set<std::string> found;
   for (const auto& file : shipped()) found.insert(file.stem().string());
   for (const auto& name : promised) EXPECT_TRUE(found.contains(name)) << name;

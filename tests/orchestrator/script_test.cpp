@@ -94,7 +94,7 @@ rounds: 300
 dt: 0.5
 agents:
   count: 4
-  protocols: [local_voting, {name: kalman_consensus, Q: [[2, 1], [1, 2]], Omega: 0.1, self_term: true}]
+  protocols: [unbiased_kalman_consensus, {name: kalman_consensus, Q: [[2, 1], [1, 2]], Omega: 0.1, self_term: true}]
   initial:
     x: [[1, 2], [3, 4], [5, 6], [7, 8]]
     P: {all: [0.5, 0.25]}
@@ -107,7 +107,7 @@ stop: {converged: {disagreement: 1.0e-3, for_rounds: 10}, deadline: 2 min}
 telemetry: {every: 7}
 discovery: neighbours
 metrics: [bias]
-criteria: ["local_voting.disagreement < 5", "abs(kalman_consensus.bias[1].std) < 9"]
+criteria: ["unbiased_kalman_consensus.disagreement < 5", "abs(kalman_consensus.bias[1].std) < 9"]
 )");
   EXPECT_EQ(e.mode, Mode::simulate);
   EXPECT_EQ(e.seed.value, 18446744073709551615u);
@@ -125,7 +125,7 @@ criteria: ["local_voting.disagreement < 5", "abs(kalman_consensus.bias[1].std) <
   EXPECT_EQ(e.links.standard.noise_covariance.rows(), 2);
   const LinkSpec& lossy = e.links.of(edge(2, 1));
   EXPECT_EQ(lossy.loss_probability, 1.0);
-  EXPECT_EQ(lossy.delay_rounds, 1u);   // what an exception does not mention stays
+  EXPECT_EQ(lossy.delay_rounds, 1u);  // what an exception does not mention stays
   EXPECT_EQ(e.links.of(edge(2, 3)).loss_probability, 0.1);
   ASSERT_EQ(e.link_events.size(), 2u);
   EXPECT_EQ(e.link_events[0].edges, (std::vector{edge(1, 2), edge(2, 1)}));
@@ -135,14 +135,14 @@ criteria: ["local_voting.disagreement < 5", "abs(kalman_consensus.bias[1].std) <
   EXPECT_EQ(e.deadline, 120.0);
   EXPECT_EQ(e.report_every, 7u);
   EXPECT_EQ(e.discovery, Discovery::neighbours);
-  EXPECT_EQ(e.metrics, (std::vector<std::string>{"bias", "disagreement"}));   // a criterion's metric is measured too
+  EXPECT_EQ(e.metrics, (std::vector<std::string>{"bias", "disagreement"}));  // a criterion's metric is measured too
 }
 
 TEST(Script, TakesOverridesOfTheCommandLine) {
   const Experiment e = read(with("", "events: [{round: 90, cut: [1 -> 2]}]"), {Mode::simulate, 5, 50, 3, 2});
   EXPECT_EQ(e.mode, Mode::simulate);
   EXPECT_EQ(e.seed.value, 5u);
-  EXPECT_EQ(e.rounds, 50u);   // shorter than the last event: no mistake of the file
+  EXPECT_EQ(e.rounds, 50u);  // shorter than the last event: no mistake of the file
   EXPECT_EQ(e.runs, 3u);
   EXPECT_EQ(e.agents_per_process, 2u);
   EXPECT_THROW(read(kPlain, {.rounds = 0}), ConfigError);
@@ -159,7 +159,7 @@ TEST(Script, ReadsNumbersForEveryAgent) {
     EXPECT_LT(initial(drawn, agent, "x", 1), 3.0);
   }
   EXPECT_NE(initial(drawn, 1, "x"), initial(drawn, 2, "x"));
-  EXPECT_EQ(initial(read(with_initial("{x: [010, 1e1, +.5]}")), 1, "x"), 10.0);   // decimal, never octal
+  EXPECT_EQ(initial(read(with_initial("{x: [010, 1e1, +.5]}")), 1, "x"), 10.0);  // decimal, never octal
 }
 
 TEST(Script, ReadsNumbersFromAFileAndPlacesItsMistakes) {
@@ -181,7 +181,8 @@ TEST(Script, ReadsNumbersFromAFileAndPlacesItsMistakes) {
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "starts.csv:2:3: found 'two'; allowed: a finite number", told("1,2\n3,two\n5,6\n"));
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "found 2 lines in 'starts.csv'; allowed: 3, one per agent", told("1\n2\n"));
   fs::remove_all(directory);
-  EXPECT_PRED_FORMAT2(testing::IsSubstring, "e.yaml:8:23: agents.initial.x.file: found 'starts.csv', which cannot be read", mistakes_in(text));
+  EXPECT_PRED_FORMAT2(testing::IsSubstring, "e.yaml:8:23: agents.initial.x.file: found 'starts.csv', which cannot be read",
+                      mistakes_in(text));
 }
 
 TEST(Script, ReadsEveryTopology) {
@@ -217,7 +218,8 @@ TEST(Script, GivesRandomGraphsTheSeedOfTheExperimentUnlessTheyNameOne) {
 }
 
 TEST(Script, ReportsAllMistakesInOrderOfPlace) {
-  const std::string told = mistakes_in("experiment: x\nmod: lockstep\nrounds: 0\nagents: {count: 3, protocol: local_votin}\ntopology: rng\n");
+  const std::string told =
+      mistakes_in("experiment: x\nmod: lockstep\nrounds: 0\nagents: {count: 3, protocol: local_votin}\ntopology: rng\n");
   std::istringstream lines(told);
   std::vector<std::string> starts;
   for (std::string line; std::getline(lines, line);) starts.push_back(line.substr(0, line.find(' ')));
@@ -230,11 +232,13 @@ TEST(Script, SuggestsTheNearestWord) {
   EXPECT_MISTAKE("e.yaml:9:11: topology: found text 'rnig'; allowed: directed_ring, ring", with("topology: ring", "topology: rnig"));
   EXPECT_MISTAKE("found text 'kalman_consenus'", with_protocol("  protocol: kalman_consenus"));
   EXPECT_MISTAKE("did you mean 'kalman_consensus'?", with_protocol("  protocol: kalman_consenus"));
-  EXPECT_MISTAKE("found the unknown name 'q'; allowed: name, Q, Omega, self_term; did you mean 'Q'?", with_protocol("  protocol: {name: kalman_consensus, q: 1}"));
+  EXPECT_MISTAKE("found the unknown name 'q'; allowed: name, Q, Omega, self_term; did you mean 'Q'?",
+                 with_protocol("  protocol: {name: kalman_consensus, q: 1}"));
   EXPECT_MISTAKE("found the unknown name 'p'; allowed: x, P; did you mean 'P'?", with_initial("{x: 1, p: 1}"));
   EXPECT_MISTAKE("found the unknown key 'linspaec'", with_initial("{x: {linspaec: [1, 2]}}"));
   EXPECT_MISTAKE("found text 'disagrement'", with("", "metrics: [disagrement]"));
-  EXPECT_MISTAKE("e.yaml:10:12: criteria[0]: criterion: found the unknown metric 'disagrement'", with("", "criteria: [\"disagrement < 1\"]"));
+  EXPECT_MISTAKE("e.yaml:10:12: criteria[0]: criterion: found the unknown metric 'disagrement'",
+                 with("", "criteria: [\"disagrement < 1\"]"));
   EXPECT_MISTAKE("did you mean 'delay_rounds'?", with("", "links: {delay_round: 1}"));
 }
 
@@ -246,8 +250,9 @@ TEST(Script, RefusesImpossibleValuesNamingWhatIsAllowed) {
   EXPECT_MISTAKE("links.loss: found -0.1; allowed: a number from 0 to 1", with("", "links: {loss: -0.1}"));
   EXPECT_MISTAKE("dt: found 0; allowed: a number above 0", with("", "dt: 0"));
   EXPECT_MISTAKE("dt: found text '.nan'", with("", "dt: .nan"));
-  EXPECT_MISTAKE("links.noise_covariance: covariance 'noise_covariance' has the eigenvalue -1", with("", "links: {noise_covariance: [[1, 2], [2, 1]]}"));
-  EXPECT_MISTAKE("links: ", with("", "links: {noise_covariance: [1, 2]}"));   // two components, but x has one
+  EXPECT_MISTAKE("links.noise_covariance: covariance 'noise_covariance' has the eigenvalue -1",
+                 with("", "links: {noise_covariance: [[1, 2], [2, 1]]}"));
+  EXPECT_MISTAKE("links: ", with("", "links: {noise_covariance: [1, 2]}"));  // two components, but x has one
   EXPECT_MISTAKE("e.yaml:8:16: agents.initial.x: found a list of 2; allowed: 3 entries, one per agent", with_initial("{x: [4, 5]}"));
   EXPECT_MISTAKE("found text '1 -> 11', and there is no agent 11", with("topology: ring", "topology: {edges: [1 -> 11]}"));
   EXPECT_MISTAKE("an edge from an agent to itself", with("topology: ring", "topology: {edges: [2 -> 2]}"));
@@ -255,24 +260,32 @@ TEST(Script, RefusesImpossibleValuesNamingWhatIsAllowed) {
   EXPECT_MISTAKE("found a matrix 2 x 2; allowed: 3 x 3", with("topology: ring", "topology: {adjacency: [[0, 1], [1, 0]]}"));
   EXPECT_MISTAKE("found the schedule 'periodic' where one graph is needed",
                  with("topology: ring", "topology: {intervals: [{rounds: 1, topology: {periodic: [{rounds: 1, topology: ring}]}}]}"));
-  EXPECT_MISTAKE("dwell_rounds: found a list of 2; allowed: [shortest, longest]", with("topology: ring", "topology: {random_pairs: {dwell_rounds: [3, 1]}}"));
-  EXPECT_MISTAKE("found 'erdos_renyi' without its parameters; allowed: {erdos_renyi: {p: 0.3", with("topology: ring", "topology: erdos_renyi"));
+  EXPECT_MISTAKE("dwell_rounds: found a list of 2; allowed: [shortest, longest]",
+                 with("topology: ring", "topology: {random_pairs: {dwell_rounds: [3, 1]}}"));
+  EXPECT_MISTAKE("found 'erdos_renyi' without its parameters; allowed: {erdos_renyi: {p: 0.3",
+                 with("topology: ring", "topology: erdos_renyi"));
   EXPECT_MISTAKE("events[0].round: found 100; allowed: a whole number from 0 to 99", with("", "events: [{round: 100, cut: [1 -> 2]}]"));
   EXPECT_MISTAKE("found neither 'cut' nor 'heal'", with("", "events: [{round: 1}]"));
-  EXPECT_MISTAKE("placement.agents_per_process: found 4; allowed: a whole number from 1 to 3", with("", "placement: {agents_per_process: 4}"));
+  EXPECT_MISTAKE("placement.agents_per_process: found 4; allowed: a whole number from 1 to 3",
+                 with("", "placement: {agents_per_process: 4}"));
   EXPECT_MISTAKE("stop.deadline: found text '3 h'; allowed: a number of seconds above 0", with("", "stop: {deadline: 3 h}"));
-  EXPECT_MISTAKE("agents.overrides: found 4; allowed: an agent from 1 to 3", with("topology: ring", "  overrides: {4: {initial: {x: 1}}}\ntopology: ring"));
+  EXPECT_MISTAKE("agents.overrides: found 4; allowed: an agent from 1 to 3",
+                 with("topology: ring", "  overrides: {4: {initial: {x: 1}}}\ntopology: ring"));
   EXPECT_MISTAKE("found a list of 1 as row 2; allowed: a matrix, rows of equal length (2 numbers as in row 1)",
                  with_protocol("  protocol: {name: kalman_consensus, Q: [[1, 2], [3]]}"));
   EXPECT_MISTAKE("found both 'protocol' and 'protocols'", with_protocol("  protocol: local_voting\n  protocols: [local_voting]"));
   EXPECT_MISTAKE("found 'local_voting' a second time", with_protocol("  protocols: [local_voting, local_voting]"));
+  EXPECT_MISTAKE("agents.overrides.2.parameters: found the unknown name 'Q'; allowed: nothing",  // local_voting has no Q
+                 with_protocol("  protocols: [local_voting, kalman_consensus]\n  overrides: {2: {parameters: {Q: 1}}}"));
   EXPECT_MISTAKE("experiment: found text 'a b'; allowed: a name of letters", with("experiment: plain", "experiment: a b"));
 }
 
 TEST(Script, HearsTheProtocolsObjectionsAtTheValuesPlace) {
-  EXPECT_MISTAKE("e.yaml:8:34: agents: agent 1 with kalman_consensus: covariance 'P' is 3 x 1", with_initial("{x: {all: [1, 2]}, P: {all: [1, 2, 3]}}"));
+  EXPECT_MISTAKE("e.yaml:8:34: agents: agent 1 with kalman_consensus: covariance 'P' is 3 x 1",
+                 with_initial("{x: {all: [1, 2]}, P: {all: [1, 2, 3]}}"));
   EXPECT_MISTAKE("e.yaml:8:22: agents: agent 1 with kalman_consensus: covariance 'P'", with_initial("{x: 1, P: -1}"));
-  EXPECT_MISTAKE("e.yaml:9:32: agents: agent 2 with kalman_consensus: covariance 'P'", with("topology: ring", "  overrides: {2: {initial: {P: [[1, 2], [2, 1]]}}}\ntopology: ring"));
+  EXPECT_MISTAKE("e.yaml:9:32: agents: agent 2 with kalman_consensus: covariance 'P'",
+                 with("topology: ring", "  overrides: {2: {initial: {P: [[1, 2], [2, 1]]}}}\ntopology: ring"));
   EXPECT_MISTAKE("found 2 components at agent 3 and 1 at agent 1; allowed: the same for all agents", with_initial("{x: [1, 2, [3, 4]]}"));
   EXPECT_MISTAKE("e.yaml:7:41: agents: agent 1 with kalman_consensus: ", with_protocol("  protocol: {name: kalman_consensus, Q: [1, 2]}"));
   EXPECT_MISTAKE("has no initial x", with_initial("{P: 1}"));
@@ -282,7 +295,8 @@ TEST(Script, RefusesWhatIsNotAnExperiment) {
   EXPECT_MISTAKE("e.yaml:2:7: found text that is not YAML: end of sequence flow not found", "experiment: [a\nagents: {");
   EXPECT_MISTAKE("e.yaml:1:1: found an empty file", "");
   EXPECT_MISTAKE("e.yaml:1:1: the experiment: found text 'hello'; allowed: a mapping", "hello");
-  EXPECT_MISTAKE("e.yaml:10:1: found the key 'topology' a second time (first in line 9); allowed: each key once", with("", "topology: star"));
+  EXPECT_MISTAKE("e.yaml:10:1: found the key 'topology' a second time (first in line 9); allowed: each key once",
+                 with("", "topology: star"));
   EXPECT_MISTAKE("found no 'agents'; allowed: it must be given", "experiment: x\ntopology: ring\n");
   EXPECT_THROW(load_experiment("/nowhere/e.yaml"), ConfigError);
   EXPECT_THROW(load_experiment("/"), ConfigError);
@@ -290,14 +304,19 @@ TEST(Script, RefusesWhatIsNotAnExperiment) {
 
 TEST(Script, ResolvesToATextThatGivesTheSameExperimentAgain) {
   std::vector<std::string> texts{kPlain};
-  for (const char* t : {"{edges: [1 -> 2 -> 3, {edge: 3 -> 1, weight: 0.1}]}", "{adjacency: [[0, 0.3, 1], [1, 0, 0], [0, 1, 0]]}", "{random_geometric: {radius: 0.7}}",
-                        "{erdos_renyi: {p: 0.123456789012345678, directed: true}}", "{periodic: [{rounds: 2, topology: star}, {rounds: 1, topology: {erdos_renyi: {p: 0.5}}}]}",
-                        "{intervals: [{rounds: 2, topology: path}]}", "random_pairs", "{random_links: {base: {erdos_renyi: {p: 0.5}}, probability: 0.1}}"})
+  for (const char* t :
+       {"{edges: [1 -> 2 -> 3, {edge: 3 -> 1, weight: 0.1}]}", "{adjacency: [[0, 0.3, 1], [1, 0, 0], [0, 1, 0]]}",
+        "{random_geometric: {radius: 0.7}}", "{erdos_renyi: {p: 0.123456789012345678, directed: true}}",
+        "{periodic: [{rounds: 2, topology: star}, {rounds: 1, topology: {erdos_renyi: {p: 0.5}}}]}",
+        "{intervals: [{rounds: 2, topology: path}]}", "random_pairs", "{random_links: {base: {erdos_renyi: {p: 0.5}}, probability: 0.1}}"})
     texts.push_back(with("topology: ring", std::string("topology: ") + t));
   texts.push_back(with_initial("{x: {uniform: [0.1, 0.7], dimension: 3}, P: {all: [[1, 0.1, 0], [0.1, 1, 0], [0, 0, 1]]}}"));
   texts.push_back(with_initial("{x: [[1, 2], [3, 4], [5, 6]], P: {linspace: [1, 2]}}"));
-  texts.push_back(with("", "links: {loss: 0.1, overrides: [{edge: 1 -> 2, noise_covariance: 0.1}]}\nevents: [{round: 3, cut: [1 <-> 2]}, {round: 5, heal: [2 -> 1]}]\n"
-                           "stop: {converged: {disagreement: 1.0e-7}, deadline: 500 ms}\ntelemetry: {every: 3}\nmetrics: [bias]\ncriteria: [\"abs(bias) < 3 && rounds > 1\"]"));
+  texts.push_back(with("",
+                       "links: {loss: 0.1, overrides: [{edge: 1 -> 2, noise_covariance: 0.1}]}\nevents: [{round: 3, cut: [1 <-> 2]}, "
+                       "{round: 5, heal: [2 -> 1]}]\n"
+                       "stop: {converged: {disagreement: 1.0e-7}, deadline: 500 ms}\ntelemetry: {every: 3}\nmetrics: [bias]\ncriteria: "
+                       "[\"abs(bias) < 3 && rounds > 1\"]"));
   for (const auto& text : texts) {
     SCOPED_TRACE(text);
     const Experiment first = read(text, {.seed = 42});
@@ -321,8 +340,10 @@ TEST(Schema, ExplainsEveryKey) {
   const std::function<void(const nlohmann::json&, const std::string&)> visit = [&](const nlohmann::json& at, const std::string& path) {
     if (at.is_object() && at.contains("properties") && at["properties"].is_object()) {
       for (const auto& [key, value] : at["properties"].items()) {
-        const auto& described = value.contains("$ref") ? schema.at(nlohmann::json::json_pointer(value["$ref"].get<std::string>().substr(1))) : value;
-        for (const char* part : {"title", "description", "examples"}) EXPECT_TRUE(described.contains(part)) << path << "." << key << " has no " << part;
+        const auto& described =
+            value.contains("$ref") ? schema.at(nlohmann::json::json_pointer(value["$ref"].get<std::string>().substr(1))) : value;
+        for (const char* part : {"title", "description", "examples"})
+          EXPECT_TRUE(described.contains(part)) << path << "." << key << " has no " << part;
         ++keys;
       }
     }

@@ -53,7 +53,8 @@ TEST(Theory, SeesThatBalanceAloneDoesNotMakeKalmanConsensusUnbiased) {
 }
 
 TEST(Theory, AsksUnbiasedConsensusForStrongConnectionInEveryRound) {
-  const std::string ring_then_chain = "rounds: 20\ntopology: {intervals: [{rounds: 7, topology: directed_ring}, {rounds: 1, topology: {edges: [1 -> 2 -> 3]}}]}";
+  const std::string ring_then_chain =
+      "rounds: 20\ntopology: {intervals: [{rounds: 7, topology: directed_ring}, {rounds: 1, topology: {edges: [1 -> 2 -> 3]}}]}";
   const Finding bad = only(findings(kStarts + "protocol: unbiased_kalman_consensus", ring_then_chain), "unbiased_kalman_consensus:");
   EXPECT_EQ(bad.verdict, Verdict::fails);
   EXPECT_SAYS("not in 13 of 20 rounds, first in round 7", bad.evidence);
@@ -61,7 +62,8 @@ TEST(Theory, AsksUnbiasedConsensusForStrongConnectionInEveryRound) {
   const Finding good = only(findings(kStarts + "protocol: unbiased_kalman_consensus", kFigure1), "unbiased_kalman_consensus:");
   EXPECT_EQ(good.verdict, Verdict::holds);
   EXPECT_SAYS("centralised estimate 5 ", good.consequence);
-  const Finding noisy = only(findings(kStarts + "protocol: {name: unbiased_kalman_consensus, Omega: 0.01}", kFigure1), "unbiased_kalman_consensus:");
+  const Finding noisy =
+      only(findings(kStarts + "protocol: {name: unbiased_kalman_consensus, Omega: 0.01}", kFigure1), "unbiased_kalman_consensus:");
   EXPECT_EQ(noisy.verdict, Verdict::fails);
   EXPECT_SAYS("Q or Omega is above 0", noisy.evidence);
 }
@@ -82,10 +84,11 @@ TEST(Theory, GivesTheStepAndTheValueOfLocalVoting) {
 
 TEST(Theory, FindsTheSmallestWindowWhoseUnionSpans) {
   const std::string agents = kStarts + "protocol: kalman_consensus";
-  const std::string alternating = "rounds: 40\ntopology: {periodic: [{rounds: 3, topology: {edges: [1 -> 2]}}, {rounds: 2, topology: {edges: [2 -> 3]}}]}";
+  const std::string alternating =
+      "rounds: 40\ntopology: {periodic: [{rounds: 3, topology: {edges: [1 -> 2]}}, {rounds: 2, topology: {edges: [2 -> 3]}}]}";
   const Finding f = only(findings(agents, alternating), "the union");
   EXPECT_EQ(f.verdict, Verdict::holds);
-  EXPECT_SAYS("over every 4 rounds on end", f.evidence);   // a window that begins with the three rounds of 1 -> 2
+  EXPECT_SAYS("over every 4 rounds on end", f.evidence);  // a window that begins with the three rounds of 1 -> 2
   EXPECT_SAYS("Theorem 3.9", f.consequence);
   EXPECT_SAYS("in every single round", only(findings(agents, kFigure1), "the union").evidence);
   const Finding never = only(findings(agents, "topology: {edges: [1 <-> 2]}"), "the union");
@@ -102,8 +105,9 @@ TEST(Theory, SaysThatARandomScheduleWasSampled) {
 }
 
 TEST(Theory, WarnsOfLossNoiseDelayAndIdleExceptions) {
-  const auto all = findings(kStarts + "protocol: unbiased_kalman_consensus",
-                            kFigure1 + "\nlinks: {loss: 0.1, noise_covariance: 0.1, delay_rounds: 1, overrides: [{edge: 3 -> 2, loss: 0}]}");
+  const auto all =
+      findings(kStarts + "protocol: unbiased_kalman_consensus",
+               kFigure1 + "\nlinks: {loss: 0.1, noise_covariance: 0.1, delay_rounds: 1, overrides: [{edge: 3 -> 2, loss: 0}]}");
   EXPECT_SAYS("biased", only(all, "links lose messages").consequence);
   EXPECT_SAYS("wanders", only(all, "links add noise").consequence);
   EXPECT_SAYS("do not cover", only(all, "links delay messages").consequence);
@@ -126,11 +130,13 @@ TEST(Survey, WindowEqualsTheSlowSearch) {
   std::size_t compared = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE(seed);
-    const Schedule::Spec spec = seed % 2 == 0 ? Schedule::Spec(RandomPairs{1, 4})
-                                              : Schedule::Spec(RandomLinks{std::make_shared<const Graph>(directed_ring(6)), 0.3 + 0.6 * static_cast<double>(seed % 10) / 10});
+    const Schedule::Spec spec =
+        seed % 2 == 0
+            ? Schedule::Spec(RandomPairs{1, 4})
+            : Schedule::Spec(RandomLinks{std::make_shared<const Graph>(directed_ring(6)), 0.3 + 0.6 * static_cast<double>(seed % 10) / 10});
     const Schedule schedule(6, spec, {}, Seed{seed});
     const auto fast = survey(schedule, kRounds).spanning();
-    if (!fast.window) continue;   // declared broken: the tail is longer than any window before it
+    if (!fast.window) continue;  // declared broken: the tail is longer than any window before it
     EXPECT_EQ(fast.window, slow_window(schedule, kRounds));
     ++compared;
   }
