@@ -18,10 +18,21 @@ enum class Discovery { automatic, multicast, neighbours };
 
 /// A number source for a per-agent quantity. A file has been read into a list by then.
 struct PerAgent {
-  struct Same { Matrix value; };                                   ///< every agent the same
-  struct List { std::vector<Matrix> values; };                     ///< one entry per agent
-  struct Linspace { double first = 0, last = 1; std::size_t dimension = 1; };   ///< agent i of n: first + (last-first)(i-1)/(n-1) in every component
-  struct Uniform { double low = 0, high = 1; std::size_t dimension = 1; };      ///< keyed by (seed, "initial <name>", agent, component)
+  struct Same {
+    Matrix value;
+  };  ///< every agent the same
+  struct List {
+    std::vector<Matrix> values;
+  };  ///< one entry per agent
+  /// Agent i of n: first + (last - first)(i - 1)/(n - 1) in every component.
+  struct Linspace {
+    double first = 0, last = 1;
+    std::size_t dimension = 1;
+  };
+  struct Uniform {
+    double low = 0, high = 1;
+    std::size_t dimension = 1;
+  };  ///< keyed by (seed, "initial <name>", agent, component)
   std::variant<Same, List, Linspace, Uniform> source;
   [[nodiscard]] Matrix of(AgentId agent, std::size_t agents, std::string_view name, Seed seed) const;
 };
@@ -47,35 +58,36 @@ using TopologySpec = Schedule::Spec;
 
 struct Experiment {
   std::string name;
-  std::string description;                      ///< header comment of the file
+  std::string description;  ///< header comment of the file
   Mode mode = Mode::lockstep;
   Seed seed;
-  std::size_t runs = 1;                         ///< Monte Carlo: seeds seed, seed+1, ..., metrics are means over the runs
+  std::size_t runs = 1;  ///< Monte Carlo: seeds seed, seed+1, ..., metrics are means over the runs
   Round rounds = 100;
-  Seconds dt = 1.0;                             ///< length of a round in model time
+  Seconds dt = 1.0;  ///< length of a round in model time
   std::size_t agents = 0;
-  std::vector<ProtocolChoice> protocols;        ///< at least one
+  std::vector<ProtocolChoice> protocols;  ///< at least one
   std::vector<NamedPerAgent> initial;
   std::map<AgentId, AgentOverride> overrides;
   TopologySpec topology;
-  std::string topology_text;                    ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
+  std::string topology_text;  ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
   std::vector<LinkEvent> link_events;
   LinkModel links;
   std::size_t agents_per_process = 1;
   std::optional<Convergence> convergence;
-  Seconds deadline = 300.0;                     ///< wall clock, for the whole run
-  std::optional<Round> report_every;            ///< nullopt: chosen by report_interval()
+  Seconds deadline = 300.0;           ///< wall clock, for the whole run
+  std::optional<Round> report_every;  ///< nullopt: chosen by report_interval()
   Discovery discovery = Discovery::automatic;
   std::vector<std::string> metrics;
   std::vector<std::string> criteria;
-  std::string resolved_text;                    ///< canonical text of the resolved experiment (YAML), kept with the results
+  std::string resolved_text;  ///< canonical text of the resolved experiment (YAML), kept with the results
 
   [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed); }
   /// The initial values of one agent: `initial`, with that agent's override on top.
   [[nodiscard]] Values initial_of(AgentId agent, Seed run_seed) const;
   /// The protocol's parameters for one agent: common ones, with that agent's override on top.
   [[nodiscard]] Values parameters_of(const ProtocolChoice& protocol, AgentId agent) const;
-  /// Rounds between two reports: what the user said, else the smallest m with (rounds / m) * agents <= 100 000. Rounds 0, m, 2m, ... and the last are reported.
+  /// Rounds between two reports: what the user said, else the smallest m with (rounds / m) * agents <= 100 000, but never longer than the
+  /// run. Rounds 0, m, 2m, ... and the last are reported.
   [[nodiscard]] Round report_interval() const;
 };
 

@@ -17,7 +17,7 @@ struct Field {
 /// Fields lie one after the other, each column-major.
 struct Layout {
   std::vector<Field> fields;
-  std::size_t noise_offset = 0;   ///< the part of a message that link noise disturbs: [noise_offset, noise_offset + noise_size)
+  std::size_t noise_offset = 0;  ///< the part of a message that link noise disturbs: [noise_offset, noise_offset + noise_size)
   std::size_t noise_size = 0;
   [[nodiscard]] std::size_t size() const {
     std::size_t total = 0;

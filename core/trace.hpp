@@ -28,31 +28,31 @@ class HistoryHash {
 
 /// Cumulative over rounds < k, as one agent has seen them.
 struct AgentCounters {
-  std::uint64_t sent = 0;        ///< messages emitted, one per out-neighbour and round
-  std::uint64_t delivered = 0;   ///< messages given to the algorithm
-  std::uint64_t lost = 0;        ///< messages the link model dropped
+  std::uint64_t sent = 0;       ///< messages emitted, one per out-neighbour and round
+  std::uint64_t delivered = 0;  ///< messages given to the algorithm
+  std::uint64_t lost = 0;       ///< messages the link model dropped
 };
 
 /// All agents at the beginning of round k (k = 0: the initial estimates), in agent order.
 struct RoundReport {
   Round k = 0;
-  std::span<const double> estimates;         ///< n x dimension, agent after agent
-  std::span<const std::uint64_t> hashes;     ///< n
-  std::span<const AgentCounters> counters;   ///< n
+  std::span<const double> estimates;        ///< n x dimension, agent after agent
+  std::span<const std::uint64_t> hashes;    ///< n
+  std::span<const AgentCounters> counters;  ///< n
 };
 
 /// The reported rounds of one run, ascending, ending with the last round.
 struct Trace {
   std::size_t agents = 0, dimension = 0;
   Layout estimate_layout;
-  std::vector<Round> rounds;                 ///< reported rounds, first 0
-  std::vector<double> estimates;             ///< rounds.size() x agents x dimension
-  std::uint64_t hash = 0;                    ///< over every round of every agent up to the last round
-  Round last_round = 0;                      ///< rounds executed
-  bool converged = false;                    ///< the stop rule's convergence held
+  std::vector<Round> rounds;      ///< reported rounds, first 0
+  std::vector<double> estimates;  ///< rounds.size() x agents x dimension
+  std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
+  Round last_round = 0;           ///< rounds executed
+  bool converged = false;         ///< the stop rule's convergence held
   AgentCounters totals;
 
-  void add(const RoundReport& report);       ///< appends; recomputes hash, totals, last_round
+  void add(const RoundReport& report);  ///< appends; recomputes hash, totals, last_round
   [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {
     return std::span(estimates).subspan((report * agents + index_of(agent)) * dimension, dimension);
   }

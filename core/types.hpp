@@ -12,8 +12,8 @@ namespace consort {
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
-using Seconds = double;        ///< model time and durations, s
-using Round = std::uint32_t;   ///< communication round k = 0, 1, ...
+using Seconds = double;       ///< model time and durations, s
+using Round = std::uint32_t;  ///< communication round k = 0, 1, ...
 
 /// An identity that cannot be mixed up with a number or with another kind of identity.
 template <class Tag>
