@@ -160,6 +160,8 @@ void Node::begin_run(Lock& lock) {
   lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_, [this](std::size_t member, Round round, std::span<const double> payload) {
     if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
   });
+  spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
+               parts_.begin()->second.seed.value);
   meet_neighbours(lock);
   const std::uint32_t epoch = *epoch_;
   std::vector<wire::Layouts> layouts;
@@ -266,7 +268,8 @@ void Node::announce(Lock& lock, wire::State state, const std::string& note) {
     presence.waiting_for = std::move(slowest.waiting_for);
     if (presence.waiting_for.size() > 32) presence.waiting_for.resize(32);
   }
-  spdlog::info("state {}{}", static_cast<int>(state), note.empty() ? "" : ": " + note);
+  constexpr std::array kWords{"hello", "met the neighbours", "asked for status", "failed", "leaving"};
+  spdlog::info("epoch {}: {}{}", presence.epoch, kWords[static_cast<std::size_t>(state)], note.empty() ? "" : ": " + note);
   lock.unlock();
   presence_.write(presence);
   lock.lock();
