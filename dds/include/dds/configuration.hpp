@@ -109,7 +109,8 @@ inline std::string internal(const Settings& settings) {
         "<HeartbeatInterval min=\"200ms\" minsched=\"1s\" max=\"8s\">1s</HeartbeatInterval>";
   }
   if (settings.writer_high_watermark) {
-    content += element("Watermarks", element("WhcHigh", std::to_string(*settings.writer_high_watermark) + "B"));
+    // Not adaptive: that would start at 30 kB, whatever the maximum.
+    content += element("Watermarks", element("WhcHigh", std::to_string(*settings.writer_high_watermark) + "B") + element("WhcAdaptive", "false"));
   }
   return content.empty() ? "" : element("Internal", content);
 }
