@@ -59,6 +59,31 @@ class Watch {
   Seconds deadline_seconds_;
 };
 
+/// Tells the observer of cuts and heals as their rounds come up, between the reports.
+class EventTeller {
+ public:
+  EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer) : job_(job), observer_(observer), events_(experiment.link_events) {
+    std::stable_sort(events_.begin(), events_.end(), [](const LinkEvent& a, const LinkEvent& b) { return a.round < b.round; });
+  }
+  void report(const RoundReport& report) {
+    // A report of round k shows what rounds before k did, so what takes effect from round k on is told after it.
+    for (; next_ < events_.size() && events_[next_].round < report.k; ++next_) tell(events_[next_]);
+    observer_.report(job_, report);
+  }
+
+ private:
+  void tell(const LinkEvent& event) {
+    std::string text;
+    for (const Edge edge : event.edges) text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", edge.from.value, edge.to.value);
+    observer_.event(job_, event.round, event.heal ? "heal" : "cut", text);
+  }
+
+  const Job& job_;
+  RunObserver& observer_;
+  std::vector<LinkEvent> events_;
+  std::size_t next_ = 0;
+};
+
 /// A finished job with its reports, waiting for its turn to be handed to the observer.
 struct Finished {
   JobOutcome outcome;
@@ -74,11 +99,12 @@ struct Finished {
     counters.insert(counters.end(), report.counters.begin(), report.counters.end());
   }
 
-  void replay(RunObserver& observer) const {
+  void replay(const Experiment& experiment, RunObserver& observer) const {
+    EventTeller teller(experiment, outcome.job, observer);
     const std::size_t agents = outcome.trace.agents, width = agents * outcome.trace.dimension;
     for (std::size_t i = 0; i < outcome.trace.rounds.size(); ++i) {
-      observer.report(outcome.job, {outcome.trace.rounds[i], std::span(estimates).subspan(i * width, width),
-                                    std::span(hashes).subspan(i * agents, agents), std::span(counters).subspan(i * agents, agents)});
+      teller.report({outcome.trace.rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * agents, agents),
+                     std::span(counters).subspan(i * agents, agents)});
     }
   }
 };
@@ -106,9 +132,10 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
 SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& watch, RunObserver& observer) {
   const Layouts layouts = layouts_of(experiment, job);
   observer.run_begins(job, layouts.message, layouts.estimate);
+  EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, watch, [&] { return watch.ended(); },
-      [&](const Finished&, const RoundReport& report) { observer.report(job, report); });
+      [&](const Finished&, const RoundReport& report) { teller.report(report); });
   observer.run_ends(finished.outcome);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
   return {finished.began_seconds, finished.outcome.seconds};
@@ -169,7 +196,7 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
     const Finished finished = workers.next();
     observer.run_begins(job, layouts.message, layouts.estimate);
-    finished.replay(observer);
+    finished.replay(experiment, observer);
     observer.run_ends(finished.outcome);
     if (job.number == 0) times.startup_seconds = finished.began_seconds;
     times.running_seconds += finished.outcome.seconds;

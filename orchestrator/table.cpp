@@ -42,6 +42,8 @@ std::string mean_and_deviation(double mean, double deviation, const TextStyle& s
   return fmt::format("{:.{}f} {} {:.{}f}", mean, std::max(decimals, 0), sign, deviation, std::max(decimals, 0));
 }
 
+std::string duration(double seconds) { return seconds < 0.1 ? fmt::format("{:.2f} ms", 1e3 * seconds) : fmt::format("{:.2f} s", seconds); }
+
 std::string spaced(std::string name) {
   std::replace(name.begin(), name.end(), '_', ' ');
   return name;
@@ -65,7 +67,7 @@ class Rows {
       const double share = decided > 0.0 ? 100.0 * static_cast<double>(result.totals.lost) / decided : 0.0;
       return result.totals.lost == 0 ? std::string("0") : fmt::format("{} ({:.1f} %)", grouped(result.totals.lost), share);
     });
-    add("time", [](const ProtocolResult& result) { return fmt::format("{:.3f} s", result.seconds); });
+    add("time", [](const ProtocolResult& result) { return duration(result.seconds); });
     add("rounds/s", [](const ProtocolResult& result) {
       return result.seconds > 0.0 ? grouped(static_cast<std::uint64_t>(static_cast<double>(result.rounds) / result.seconds)) : "-";
     });
@@ -92,6 +94,7 @@ class Rows {
     add(std::move(label), [&](const ProtocolResult& result) {
       const auto found = result.mean.find(key);
       if (found == result.mean.end()) return std::string("-");
+      if (summary_.runs == 1 && key == "rounds_to_convergence" && std::isnan(found->second)) return std::string("never");
       return summary_.runs > 1 ? mean_and_deviation(found->second, result.deviation.at(key), style_) : number(found->second);
     });
   }
@@ -194,15 +197,18 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
                      toned(facts, Tone::faint, style));
 }
 
+/// The value stands before the text, so that long criteria need no column of their own.
 std::string criteria(const Summary& summary, const TextStyle& style) {
   std::string out;
   std::size_t width = 0;
-  for (const auto& criterion : summary.criteria) width = std::max(width, shown_width(criterion.text));
-  width = std::min(width, style.width > 40 ? style.width - 30 : std::size_t{20});
+  for (const auto& criterion : summary.criteria) width = std::max(width, number(criterion.value).size());
   for (const auto& criterion : summary.criteria) {
     const std::string mark = style.unicode ? (criterion.met ? "✓" : "✗") : (criterion.met ? "met    " : "NOT met");
-    out += fmt::format("  {} {}   {}\n", toned(mark, criterion.met ? Tone::good : Tone::bad, style), padded(criterion.text, width),
-                       number(criterion.value));
+    const std::string value = padded(number(criterion.value), width);
+    const std::size_t margin = kIndent + shown_width(mark) + 1 + width + 2;
+    const auto lines = wrapped(criterion.text, std::max<std::size_t>(style.width, margin + 20) - margin);
+    out += fmt::format("  {} {}  {}\n", toned(mark, criterion.met ? Tone::good : Tone::bad, style), value, lines.front());
+    for (std::size_t i = 1; i < lines.size(); ++i) out += std::string(margin, ' ') + lines[i] + "\n";
   }
   return out.empty() ? out : out + "\n";
 }
@@ -223,9 +229,9 @@ std::string render(const Summary& summary, const TextStyle& style) {
     widest = std::max(widest, width);
     first = last;
   }
-  std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 48, std::max<std::size_t>(style.width, 48))) + blocks;
+  std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 40, std::max<std::size_t>(style.width, 40))) + blocks;
   out += criteria(summary, style);
-  out += fmt::format("  {}\n", toned(fmt::format("start-up {:.2f} s, trace {:016x}", summary.startup_seconds, summary.trace_hash), Tone::faint, style));
+  out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash), Tone::faint, style));
   out += fmt::format("  {}\n", summary.output.string());
   return out;
 }
