@@ -113,12 +113,14 @@ std::optional<GraphRead> read_erdos_renyi(const Context& context, const YAML::No
   }
   const std::uint64_t seed = own_seed(context, section);
   if (!p) return std::nullopt;
+  const double probability = *p;
   YAML::Node canonical;
-  canonical["erdos_renyi"]["p"] = number_text(*p);
+  canonical["erdos_renyi"]["p"] = number_text(probability);
   canonical["erdos_renyi"]["directed"] = directed;
   canonical["erdos_renyi"]["seed"] = seed;
-  return made(context, node, what, fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(*p), directed ? ", directed" : "", seed),
-              canonical, [&] { return erdos_renyi(context.agents, *p, directed, Seed{seed}); });
+  return made(context, node, what,
+              fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(probability), directed ? ", directed" : "", seed), canonical,
+              [&] { return erdos_renyi(context.agents, probability, directed, Seed{seed}); });
 }
 
 std::optional<GraphRead> read_random_geometric(const Context& context, const YAML::Node& node, const std::string& what) {

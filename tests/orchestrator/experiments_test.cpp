@@ -76,7 +76,7 @@ TEST_P(ShippedExperiment, IsExaminedByTheoryForEachOfItsProtocols) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, ShippedExperiment, testing::ValuesIn(shipped()),
-                         [](const auto& info) { return info.param.stem().string(); });
+                         [](const auto& file) { return file.param.stem().string(); });
 
 TEST(ShippedExperiments, AreTheOnesPromised) {
   const std::set<std::string> promised{"meet_for_dinner",    "meet_for_dinner_leader", "kalman_bias",  "kalman_unbiased", "table1_case1",
