@@ -70,7 +70,7 @@ TEST(Configuration, WithEverySettingIsAcceptedByTheLibrary) {
                      .writer_high_watermark = 1000000};
   const std::string text = on_wire(all);
   EXPECT_TRUE(holds(text, "<SPDPInterval>500ms</SPDPInterval><LeaseDuration>3000ms</LeaseDuration>")) << text;
-  EXPECT_TRUE(holds(text, "<Watermarks><WhcHigh>1000000B</WhcHigh><WhcAdaptive>false</WhcAdaptive></Watermarks>")) << text;
+  EXPECT_TRUE(holds(text, "<Watermarks><WhcHigh>1000000B</WhcHigh><WhcHighInit>1000000B</WhcHighInit><WhcAdaptive>false</WhcAdaptive></Watermarks>")) << text;
   EXPECT_TRUE(meet(text, text));
 }
 

@@ -109,8 +109,9 @@ inline std::string internal(const Settings& settings) {
         "<HeartbeatInterval min=\"200ms\" minsched=\"1s\" max=\"8s\">1s</HeartbeatInterval>";
   }
   if (settings.writer_high_watermark) {
-    // Not adaptive: that would start at 30 kB, whatever the maximum.
-    content += element("Watermarks", element("WhcHigh", std::to_string(*settings.writer_high_watermark) + "B") + element("WhcAdaptive", "false"));
+    // The mark starts at its own, low, initial value and adapts, unless told otherwise.
+    const std::string bytes = std::to_string(*settings.writer_high_watermark) + "B";
+    content += element("Watermarks", element("WhcHigh", bytes) + element("WhcHighInit", bytes) + element("WhcAdaptive", "false"));
   }
   return content.empty() ? "" : element("Internal", content);
 }
