@@ -33,8 +33,9 @@ std::string entry(const std::string& name, const std::string& meaning) {
 
 std::string option_text(const CLI::Option& option) {
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
-  std::string shown = option.get_positional() ? option.get_type_name() : name;
-  if (!option.get_positional() && option.get_type_size() != 0) shown += " " + option.get_type_name();
+  const std::string type = option.get_type_name().substr(0, option.get_type_name().find(':'));   // what a check allows stands behind the colon
+  std::string shown = option.get_positional() ? type : name;
+  if (!option.get_positional() && option.get_type_size() != 0) shown += " " + type;
   std::string meaning = option.get_description();
   if (!option.get_default_str().empty()) meaning += " Default: " + option.get_default_str() + ".";
   return entry(shown, meaning);

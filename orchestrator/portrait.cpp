@@ -105,14 +105,15 @@ std::string picture(const Experiment& experiment, const TextStyle& style) {
   const char* here = style.unicode ? "●" : "#";
   const char* later = style.unicode ? "○" : "o";
   const char* never = style.unicode ? "·" : ".";
-  std::string out = fmt::format("\n  {}: row i receives from the columns with {}{}\n", toned("Who hears whom", Tone::strong, style), here,
-                                ever == *now ? "" : fmt::format(" in round 0, with {} in another round", later));
+  std::string out = fmt::format("\n  {}: row i receives from the columns with {}", toned("Who hears whom", Tone::strong, style), here);
+  out += ever == *now ? "\n" : fmt::format(" in round 0,\n  with {} in another round\n", later);
   out += "       ";
   for (std::size_t j = 1; j <= n; ++j) out += fmt::format("{:>3}", j);
   out += "\n";
   for (std::size_t i = 1; i <= n; ++i) {
     out += fmt::format("  {:>5}", i);
     for (std::size_t j = 1; j <= n; ++j) {
+      if (i == n && j == n) break;   // nothing but the empty diagonal is left
       const Edge edge{agent_at(j - 1), agent_at(i - 1)};
       out += fmt::format("  {}", i == j ? " " : now->has(edge) ? here : ever.has(edge) ? later : never);
     }

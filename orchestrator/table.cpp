@@ -36,7 +36,8 @@ std::string number(double value) { return std::isfinite(value) ? fmt::format("{:
 std::string mean_and_deviation(double mean, double deviation, const TextStyle& style) {
   if (!std::isfinite(mean)) return "-";
   const char* sign = style.unicode ? "±" : "+-";
-  if (!std::isfinite(deviation) || deviation <= 0.0) return fmt::format("{} {} 0", number(mean), sign);
+  constexpr double kRounding = 1e-13;   // relative; what is left of equal values after averaging
+  if (!std::isfinite(deviation) || deviation <= kRounding * std::abs(mean)) return fmt::format("{} {} 0", number(mean), sign);
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(deviation)));
   if (decimals > 8 || std::abs(mean) >= 1e9) return fmt::format("{:.6g} {} {:.2g}", mean, sign, deviation);
   return fmt::format("{:.{}f} {} {:.{}f}", mean, std::max(decimals, 0), sign, deviation, std::max(decimals, 0));
@@ -61,13 +62,14 @@ class Rows {
       if (name != "rounds" && !name.starts_with("messages_")) add_metric(name, seen);
     }
     add("rounds", [this](const ProtocolResult& result) { return rounds_of(result); });
-    add("messages sent", [](const ProtocolResult& result) { return grouped(result.totals.sent); });
-    add("messages lost", [](const ProtocolResult& result) {
+    const std::string sum = summary_.runs > 1 ? ", all runs" : "";
+    add("messages sent" + sum, [](const ProtocolResult& result) { return grouped(result.totals.sent); });
+    add("messages lost" + sum, [](const ProtocolResult& result) {
       const double decided = static_cast<double>(result.totals.lost + result.totals.delivered);
       const double share = decided > 0.0 ? 100.0 * static_cast<double>(result.totals.lost) / decided : 0.0;
       return result.totals.lost == 0 ? std::string("0") : fmt::format("{} ({:.1f} %)", grouped(result.totals.lost), share);
     });
-    add("time", [](const ProtocolResult& result) { return duration(result.seconds); });
+    add("time" + sum, [](const ProtocolResult& result) { return duration(result.seconds); });
     add("rounds/s", [](const ProtocolResult& result) {
       return result.seconds > 0.0 ? grouped(static_cast<std::uint64_t>(static_cast<double>(result.rounds) / result.seconds)) : "-";
     });
@@ -231,6 +233,8 @@ std::string render(const Summary& summary, const TextStyle& style) {
   }
   std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 40, std::max<std::size_t>(style.width, 40))) + blocks;
   out += criteria(summary, style);
+  // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
+  if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated) out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));
   out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash), Tone::faint, style));
   out += fmt::format("  {}\n", summary.output.string());
   return out;
