@@ -22,23 +22,24 @@ void say(const std::string& text) {
 
 CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv + argc), app_("", "consort") {
   app_.formatter(std::make_shared<ManualPage>());
-  document(app_,
-           "runs distributed consensus as real processes that talk over DDS\n"
-           "One agent, one operating-system process. An experiment is one YAML file: agents, protocol, topology, links, faults, stop rule, "
-           "metrics and acceptance criteria. `consort run` runs it and says with its exit code whether the criteria held; the same file gives "
-           "the same numbers, bit for bit, with real processes and in a simulation.\n"
-           "\n"
-           "`consort VERB --help` describes each verb.",
-           {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes agree on a time; results go to results/."},
-            {"consort run experiments/meet_for_dinner.yaml --mode simulate --runs 100", "The same without processes, over a hundred seeds."},
-            {"consort validate experiments/kalman_bias.yaml", "What theory says before anything starts."},
-            {"consort doctor", "Can this host run a thousand agents?"}},
-           {{"0", "all is well, all criteria are met"},
-            {"1", "a criterion was not met"},
-            {"2", "bad input: the command line or the experiment file"},
-            {"3", "an agent or the run failed"},
-            {"4", "timed out"},
-            {"130, 143", "interrupted by SIGINT, SIGTERM"}});
+  document(
+      app_,
+      "runs distributed consensus as real processes that talk over DDS\n"
+      "One agent, one operating-system process. An experiment is one YAML file: agents, protocol, topology, links, faults, stop rule, "
+      "metrics and acceptance criteria. `consort run` runs it and says with its exit code whether the criteria held; the same file gives "
+      "the same numbers, bit for bit, with real processes and in a simulation.\n"
+      "\n"
+      "`consort VERB --help` describes each verb.",
+      {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes agree on a time; results go to results/."},
+       {"consort run experiments/meet_for_dinner.yaml --mode simulate --runs 100", "The same without processes, over a hundred seeds."},
+       {"consort validate experiments/kalman_bias.yaml", "What theory says before anything starts."},
+       {"consort doctor", "Can this host run a thousand agents?"}},
+      {{"0", "all is well, all criteria are met"},
+       {"1", "a criterion was not met"},
+       {"2", "bad input: the command line or the experiment file"},
+       {"3", "an agent or the run failed"},
+       {"4", "timed out"},
+       {"130, 143", "interrupted by SIGINT, SIGTERM"}});
   app_.set_help_flag("-h,--help", "Show this page.");
   app_.set_version_flag("--version", fmt::format("consort {}", consort_version()), "Show the version.");
   app_.require_subcommand(0, 1);
@@ -57,7 +58,7 @@ Exit CommandLine::execute() {
     if (std::find(names.begin(), names.end(), words_[1]) == names.end())
       throw ConfigError(fmt::format("no verb '{}'{}; allowed: {}", words_[1], did_you_mean(words_[1], names), listed(names)));
   }
-  std::vector<std::string> arguments(words_.rbegin(), words_.rend() - 1);   // CLI11 takes them last first
+  std::vector<std::string> arguments(words_.rbegin(), words_.rend() - 1);  // CLI11 takes them last first
   app_.parse(arguments);
   for (const auto& verb : verbs_) {
     if (verb->app().parsed()) return verb->execute();

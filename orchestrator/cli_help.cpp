@@ -33,7 +33,8 @@ std::string entry(const std::string& name, const std::string& meaning) {
 
 std::string option_text(const CLI::Option& option) {
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
-  const std::string type = option.get_type_name().substr(0, option.get_type_name().find(':'));   // what a check allows stands behind the colon
+  const std::string type =
+      option.get_type_name().substr(0, option.get_type_name().find(':'));  // what a check allows stands behind the colon
   std::string shown = option.get_positional() ? type : name;
   if (!option.get_positional() && option.get_type_size() != 0) shown += " " + type;
   std::string meaning = option.get_description();

@@ -2,8 +2,8 @@
 /// Help as a manual page: what, usage, options with their defaults, examples, exit codes; 80 columns.
 
 #include <CLI/App.hpp>
-#include <CLI/Formatter.hpp>
 #include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 
 #include <string>
 #include <utility>

@@ -16,13 +16,16 @@ namespace {
 class DoctorVerb : public Verb {
  public:
   explicit DoctorVerb(CLI::App& parent) : Verb(*parent.add_subcommand("doctor", "")) {
-    document(app_,
-             "check whether this host can run a thousand agents\n"
-             "Sends a multicast datagram over the loopback interface, asks the kernel for the receive buffer that discovery of many processes fills, "
-             "compares the limits on threads, processes, open files and ports with what 1000 agent processes need, and looks for agents whose "
-             "orchestrator is gone. Each check that fails is followed by the command that mends it.",
-             {{"consort doctor", "All checks."}, {"consort doctor && consort run experiments/complete_100.yaml", "Run only on a host that is fit."}},
-             {{"0", "all is well"}, {"3", "a check failed"}});
+    document(
+        app_,
+        "check whether this host can run a thousand agents\n"
+        "Sends a multicast datagram over the loopback interface, asks the kernel for the receive buffer that discovery of many processes "
+        "fills, "
+        "compares the limits on threads, processes, open files and ports with what 1000 agent processes need, and looks for agents whose "
+        "orchestrator is gone. Each check that fails is followed by the command that mends it.",
+        {{"consort doctor", "All checks."},
+         {"consort doctor && consort run experiments/complete_100.yaml", "Run only on a host that is fit."}},
+        {{"0", "all is well"}, {"3", "a check failed"}});
   }
 
   Exit execute() override {
@@ -37,10 +40,13 @@ class ExportVerb : public Verb {
   explicit ExportVerb(CLI::App& parent) : Verb(*parent.add_subcommand("export", "")) {
     document(app_,
              "write a run's record as plain text\n"
-             "Writes one file per table of DIR/record.sqlite to DIR/csv/: runs, agents, estimates, links, events. The first line names the columns, "
-             "numbers read back exactly, an empty field is a value that is not there. The record of a run that crashed is exported up to its last "
+             "Writes one file per table of DIR/record.sqlite to DIR/csv/: runs, agents, estimates, links, events. The first line names the "
+             "columns, "
+             "numbers read back exactly, an empty field is a value that is not there. The record of a run that crashed is exported up to "
+             "its last "
              "commit. `sqlite3 DIR/record.sqlite .schema` explains every column.",
-             {{"consort export results/meet_for_dinner-20250131-194500 --csv", "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
+             {{"consort export results/meet_for_dinner-20250131-194500 --csv",
+               "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
              {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
     app_.add_option("folder", folder_, "The output folder of a run.")->required()->type_name("DIR");
     app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180), the only format there is.")->required();

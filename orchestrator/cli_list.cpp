@@ -16,7 +16,8 @@ namespace {
 
 std::string paragraph(std::string_view text, std::size_t margin, const TextStyle& style) {
   std::string out;
-  for (const auto& line : wrapped(text, std::clamp<std::size_t>(style.width, 60, 100) - margin)) out += std::string(margin, ' ') + line + "\n";
+  for (const auto& line : wrapped(text, std::clamp<std::size_t>(style.width, 60, 100) - margin))
+    out += std::string(margin, ' ') + line + "\n";
   return out;
 }
 
@@ -32,7 +33,8 @@ std::string values(const char* title, std::span<const ValueDoc> docs, const Text
 void list_protocols(const TextStyle& style) {
   for (const ProtocolEntry& entry : protocol_table()) {
     fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
-    fmt::print("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style), paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style));
+    fmt::print("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
+               paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style));
     fmt::print("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
   }
 }
@@ -43,7 +45,8 @@ void list_topologies(const TextStyle& style) {
 }
 
 void list_metrics(const TextStyle& style) {
-  for (const MetricEntry& entry : metric_table()) fmt::print("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
+  for (const MetricEntry& entry : metric_table())
+    fmt::print("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
 }
 
 class ListVerb : public Verb {
@@ -51,11 +54,16 @@ class ListVerb : public Verb {
   explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
     document(app_,
              "list what an experiment may use\n"
-             "protocols: each with its source, what it assumes, its parameters and initial values. topologies: graph families and schedules, and how "
+             "protocols: each with its source, what it assumes, its parameters and initial values. topologies: graph families and "
+             "schedules, and how "
              "they are written. metrics: what can be measured and used in criteria.",
-             {{"consort list protocols", "The algorithms."}, {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
+             {{"consort list protocols", "The algorithms."},
+              {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
              {{"0", "listed"}, {"2", "there is no such list"}});
-    app_.add_option("what", what_, "What to list.")->required()->type_name("protocols|topologies|metrics")->check(CLI::IsMember({"protocols", "topologies", "metrics"}));
+    app_.add_option("what", what_, "What to list.")
+        ->required()
+        ->type_name("protocols|topologies|metrics")
+        ->check(CLI::IsMember({"protocols", "topologies", "metrics"}));
   }
 
   Exit execute() override {

@@ -28,7 +28,7 @@ extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGT
 
 void catch_signals() {
   struct sigaction action {};
-  action.sa_handler = keep_signal;   // without SA_RESTART: whoever waits in a system call wakes up
+  action.sa_handler = keep_signal;  // without SA_RESTART: whoever waits in a system call wakes up
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
 }
 
@@ -50,10 +50,11 @@ class Scribe : public RunObserver {
  public:
   Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
       : experiment_(experiment), record_(std::in_place, output / "record.sqlite"), results_(experiment, output) {
-    if (!quiet) progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
-      fmt::print(stderr, "{}", text);
-      std::fflush(stderr);
-    });
+    if (!quiet)
+      progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
+        fmt::print(stderr, "{}", text);
+        std::fflush(stderr);
+      });
   }
 
   void launching(std::size_t found, std::size_t ready, std::size_t total) override {
@@ -128,42 +129,50 @@ class RunVerb : public Verb {
 
   Experiment experiment_;
   std::filesystem::path output_;
-  std::optional<Scribe> scribe_;   // there from the moment the output folder holds anything
+  std::optional<Scribe> scribe_;  // there from the moment the output folder holds anything
 };
 
 RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
     : Verb(*parent.add_subcommand("run", "")), command_line_(std::move(command_line)) {
-  document(app_,
-           "run an experiment\n"
-           "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
-           "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
-           "estimate (record.sqlite, see `consort export`) and one log per process (logs/). What the command line says wins over the file.",
-           {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
-            {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1", "A hundred simulations on all cores: mean ± std of each metric."},
-            {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
-            {"consort run ring.yaml --external 7 --name demo --domain 3",
-             "Everybody but agent 7, which is then started by hand: consort-agent --id 7 --run demo --domain 3"}},
-           {{"0", "all criteria are met"},
-            {"1", "a criterion was not met"},
-            {"2", "bad input: the command line or the experiment file; nothing was run"},
-            {"3", "an agent or the run failed; the text names it"},
-            {"4", "timed out; the text says who was missing or who waited for whom"},
-            {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
+  document(
+      app_,
+      "run an experiment\n"
+      "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
+      "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
+      "estimate (record.sqlite, see `consort export`) and one log per process (logs/). What the command line says wins over the file.",
+      {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
+       {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
+        "A hundred simulations on all cores: mean ± std of each metric."},
+       {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
+       {"consort run ring.yaml --external 7 --name demo --domain 3",
+        "Everybody but agent 7, which is then started by hand: consort-agent --id 7 --run demo --domain 3"}},
+      {{"0", "all criteria are met"},
+       {"1", "a criterion was not met"},
+       {"2", "bad input: the command line or the experiment file; nothing was run"},
+       {"3", "an agent or the run failed; the text names it"},
+       {"4", "timed out; the text says who was missing or who waited for whom"},
+       {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
   app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
   app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes. Default: the file's.")
       ->type_name("MODE")
       ->check(CLI::IsMember({"simulate", "lockstep"}));
   app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
   app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
-  app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")->type_name("N");
-  app_.add_option("--agents-per-process", overrides_.agents_per_process, "How many agents share a process; never changes a result. Default: the file's.")
+  app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")
+      ->type_name("N");
+  app_.add_option("--agents-per-process", overrides_.agents_per_process,
+                  "How many agents share a process; never changes a result. Default: the file's.")
       ->type_name("K");
-  app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")->type_name("DIR");
+  app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")
+      ->type_name("DIR");
   app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table.");
   app_.add_flag("--quiet", quiet_, "Nothing on standard error but mistakes and failures.");
-  app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")->type_name("RUN");
+  app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
+      ->type_name("RUN");
   app_.add_option("--domain", domain_, "DDS domain, 0 to 230. Default: derived from the name.")->type_name("D")->check(CLI::Range(0, 230));
-  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated; they are waited for.")->type_name("IDS")->delimiter(',');
+  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated; they are waited for.")
+      ->type_name("IDS")
+      ->delimiter(',');
 }
 
 void RunVerb::check_options() const {
@@ -204,7 +213,8 @@ Exit RunVerb::execute() {
   output_ = make_output();
   std::filesystem::create_directory(output_ / "logs");
   write_file(output_ / "experiment.yaml", experiment_.resolved_text);
-  write_file(output_ / "host.json", host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file(output_ / "host.json",
+             host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
   const RunOptions run_options = options();
   if (!external_.empty())
@@ -214,10 +224,10 @@ Exit RunVerb::execute() {
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();
   const int signal = g_signal.load();
-  const Summary summary =
-      signal == 0 ? scribe_->summary(Exit::ok, "")
-                  : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
-                                                                           signal == SIGINT ? "SIGINT" : "SIGTERM", scribe_->round(), experiment_.rounds));
+  const Summary summary = signal == 0 ? scribe_->summary(Exit::ok, "")
+                                      : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
+                                                                                               signal == SIGINT ? "SIGINT" : "SIGTERM",
+                                                                                               scribe_->round(), experiment_.rounds));
   conclude(summary);
   scribe_.reset();
   return summary.exit;

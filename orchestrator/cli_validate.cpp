@@ -7,8 +7,8 @@
 #include "orchestrator/theory.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 
@@ -48,7 +48,8 @@ void try_protocols(const Experiment& experiment) {
   for (const ProtocolChoice& choice : experiment.protocols) {
     for (std::size_t i = 0; i < experiment.agents; ++i) {
       const Values initial = experiment.initial_of(agent_at(i), experiment.seed);
-      find_protocol(choice.name).make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
+      find_protocol(choice.name)
+          .make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
     }
   }
 }
@@ -56,14 +57,16 @@ void try_protocols(const Experiment& experiment) {
 class ValidateVerb : public Verb {
  public:
   explicit ValidateVerb(CLI::App& parent) : Verb(*parent.add_subcommand("validate", "")) {
-    document(app_,
-             "check an experiment and say what theory expects of it\n"
-             "Reads FILE as `consort run` would, without running it. Prints what it says, a picture of who hears whom (up to 24 agents), and the "
-             "conditions that theory asks of the topology schedule: connectivity in every round or over a window, balance, and what follows for "
-             "each protocol. A condition that fails is a finding, not an error.",
-             {{"consort validate experiments/meet_for_dinner.yaml", "The experiment in one page."},
-              {"consort validate ring.yaml --json | jq '.findings[] | select(.verdict == \"fails\")'", "Only what theory warns of."}},
-             {{"0", "the file is valid"}, {"2", "it is not; the text names file, line, column, what was found and what is allowed"}});
+    document(
+        app_,
+        "check an experiment and say what theory expects of it\n"
+        "Reads FILE as `consort run` would, without running it. Prints what it says, a picture of who hears whom (up to 24 agents), and "
+        "the "
+        "conditions that theory asks of the topology schedule: connectivity in every round or over a window, balance, and what follows for "
+        "each protocol. A condition that fails is a finding, not an error.",
+        {{"consort validate experiments/meet_for_dinner.yaml", "The experiment in one page."},
+         {"consort validate ring.yaml --json | jq '.findings[] | select(.verdict == \"fails\")'", "Only what theory warns of."}},
+        {{"0", "the file is valid"}, {"2", "it is not; the text names file, line, column, what was found and what is allowed"}});
     app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
     app_.add_flag("--json", json_, "Print the findings as JSON.");
   }
@@ -77,7 +80,9 @@ class ValidateVerb : public Verb {
   }
 
   Exit abandon(Exit exit, const std::string& error) override {
-    if (json_) fmt::print("{}\n", nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    if (json_)
+      fmt::print("{}\n",
+                 nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return exit;
   }
 

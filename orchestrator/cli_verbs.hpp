@@ -4,8 +4,8 @@
 #include "core/errors.hpp"
 
 #include <CLI/App.hpp>
-#include <CLI/Formatter.hpp>
 #include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
 
 #include <memory>
 #include <string>
@@ -36,9 +36,9 @@ std::unique_ptr<Verb> make_export_verb(CLI::App& parent);
 class CommandLine {
  public:
   CommandLine(int argc, const char* const* argv);
-  Exit execute();                                        ///< throws CLI::ParseError, or what the verb throws
-  int answer(const CLI::ParseError& stop);               ///< help and version: 0; a mistake on the command line: 2 and a word on standard error
-  int fail(Exit exit, const std::string& error);         ///< for an exception of the verb: says so and returns the exit code
+  Exit execute();                                 ///< throws CLI::ParseError, or what the verb throws
+  int answer(const CLI::ParseError& stop);        ///< help and version: 0; a mistake on the command line: 2 and a word on standard error
+  int fail(Exit exit, const std::string& error);  ///< for an exception of the verb: says so and returns the exit code
 
  private:
   std::vector<std::string> words_;

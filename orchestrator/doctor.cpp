@@ -20,13 +20,13 @@ namespace consort {
 namespace {
 
 constexpr std::uint64_t kProcesses = 1000;
-constexpr std::uint64_t kThreadsPerProcess = 9;            // a participant has 8 with multicast, one more sends the reports
+constexpr std::uint64_t kThreadsPerProcess = 9;  // a participant has 8 with multicast, one more sends the reports
 constexpr std::uint64_t kThreads = kProcesses * kThreadsPerProcess;
-constexpr std::uint64_t kPortsPerProcess = 3;              // sockets of a participant with a port of their own choosing
-constexpr std::uint64_t kOpenFiles = 4096;                 // the orchestrator of a thousand children, with room
-constexpr std::uint64_t kReceiveBuffer = 4u << 20;         // what Consort asks of Cyclone DDS for each socket
-constexpr std::uint64_t kFirstOwnPort = 10'240;            // unicast discovery takes its ports between here and the kernel's range
-constexpr auto kMulticastGroup = "239.255.0.1";            // where DDS participants announce themselves
+constexpr std::uint64_t kPortsPerProcess = 3;       // sockets of a participant with a port of their own choosing
+constexpr std::uint64_t kOpenFiles = 4096;          // the orchestrator of a thousand children, with room
+constexpr std::uint64_t kReceiveBuffer = 4u << 20;  // what Consort asks of Cyclone DDS for each socket
+constexpr std::uint64_t kFirstOwnPort = 10'240;     // unicast discovery takes its ports between here and the kernel's range
+constexpr auto kMulticastGroup = "239.255.0.1";     // where DDS participants announce themselves
 constexpr int kPatienceMilliseconds = 2000;
 
 std::uint64_t number_in(const std::filesystem::path& file) {
@@ -65,7 +65,7 @@ std::uint64_t granted_receive_buffer() {
   socklen_t size = sizeof granted;
   ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &wanted, sizeof wanted);
   ::getsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &granted, &size);
-  return static_cast<std::uint64_t>(granted) / 2;   // the kernel reports twice what it grants, for its own book-keeping
+  return static_cast<std::uint64_t>(granted) / 2;  // the kernel reports twice what it grants, for its own book-keeping
 }
 
 /// The tightest pids.max between this process's control group and the root, if any is set (version 2, or the pids controller of version 1).
@@ -104,7 +104,8 @@ std::optional<std::string> parent_of(const std::filesystem::path& process) {
   // pid (comm) state ppid ...; comm may hold anything, so what counts begins after the last bracket.
   const std::string status = first_line(process / "stat");
   const std::size_t bracket = status.rfind(')');
-  if (bracket == std::string::npos || bracket + 4 >= status.size() || status[bracket + 2] == 'Z') return {};   // Z: dead, only not yet noticed
+  if (bracket == std::string::npos || bracket + 4 >= status.size() || status[bracket + 2] == 'Z')
+    return {};  // Z: dead, only not yet noticed
   const std::size_t begin = bracket + 4;
   return status.substr(begin, status.find(' ', begin) - begin);
 }
@@ -128,12 +129,13 @@ DoctorCheck check_leftovers() {
 HostLimits read_limits() {
   HostLimits limits;
   rlimit limit{};
-  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) std::tie(limits.open_files, limits.open_files_hard) = std::pair(limit.rlim_cur, limit.rlim_max);
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0)
+    std::tie(limits.open_files, limits.open_files_hard) = std::pair(limit.rlim_cur, limit.rlim_max);
   if (::getrlimit(RLIMIT_NPROC, &limit) == 0) std::tie(limits.tasks, limits.tasks_hard) = std::pair(limit.rlim_cur, limit.rlim_max);
   limits.privileged = ::geteuid() == 0;
   limits.threads_max = number_in("/proc/sys/kernel/threads-max");
   limits.pid_max = number_in("/proc/sys/kernel/pid_max");
-  const std::string load = first_line("/proc/loadavg");   // 0.00 0.01 0.05 1/123 4567: the fourth is running/all threads
+  const std::string load = first_line("/proc/loadavg");  // 0.00 0.01 0.05 1/123 4567: the fourth is running/all threads
   const std::size_t slash = load.find('/');
   if (slash != std::string::npos) limits.tasks_running = std::strtoull(load.c_str() + slash + 1, nullptr, 10);
   read_group_limit(limits);
@@ -157,11 +159,11 @@ std::vector<DoctorCheck> judge(const HostLimits& limits) {
                   grouped(kProcesses), grouped(kThreads)),
       raise_limit("-u", "nproc", tasks, limits.tasks_hard));
   add("threads of the host", limits.threads_max >= tasks,
-      fmt::format("{} allowed, {} running; {} agents need {}", grouped(limits.threads_max), grouped(limits.tasks_running), grouped(kProcesses),
-                  grouped(kThreads)),
+      fmt::format("{} allowed, {} running; {} agents need {}", grouped(limits.threads_max), grouped(limits.tasks_running),
+                  grouped(kProcesses), grouped(kThreads)),
       fmt::format("sudo sysctl -w kernel.threads-max={}", 2 * tasks));
-  add("process numbers", limits.pid_max >= tasks,
-      fmt::format("{} allowed; every thread takes one", grouped(limits.pid_max)), fmt::format("sudo sysctl -w kernel.pid_max={}", 4 * tasks));
+  add("process numbers", limits.pid_max >= tasks, fmt::format("{} allowed; every thread takes one", grouped(limits.pid_max)),
+      fmt::format("sudo sysctl -w kernel.pid_max={}", 4 * tasks));
   if (limits.group_tasks)
     add("control group", *limits.group_tasks >= kThreads,
         fmt::format("{} threads allowed by {}", grouped(*limits.group_tasks), limits.group_file),
@@ -173,7 +175,8 @@ std::vector<DoctorCheck> judge(const HostLimits& limits) {
   const std::uint64_t ports = limits.last_port >= limits.first_port ? limits.last_port - limits.first_port + 1 : 0;
   const std::uint64_t wanted = kProcesses * kPortsPerProcess;
   add("ports", ports >= wanted && limits.first_port >= kFirstOwnPort + wanted,
-      fmt::format("the kernel gives out {} to {}, unicast discovery uses {} up to there", limits.first_port, limits.last_port, kFirstOwnPort),
+      fmt::format("the kernel gives out {} to {}, unicast discovery uses {} up to there", limits.first_port, limits.last_port,
+                  kFirstOwnPort),
       "sudo sysctl -w net.ipv4.ip_local_port_range=\"32768 60999\"");
   return checks;
 }
@@ -197,8 +200,10 @@ DoctorCheck check_loopback_multicast() {
   membership.imr_multiaddr = group.sin_addr;
   membership.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
   if (membership.imr_ifindex == 0) return failed("no interface lo");
-  if (::setsockopt(receiver.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0) return failed("joining the group on lo");
-  if (::setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_IF, &membership, sizeof membership) != 0) return failed("choosing lo for sending");
+  if (::setsockopt(receiver.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
+    return failed("joining the group on lo");
+  if (::setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_IF, &membership, sizeof membership) != 0)
+    return failed("choosing lo for sending");
   const std::string sent = fmt::format("consort doctor {}", ::getpid());
   if (::sendto(sender.get(), sent.data(), sent.size(), 0, reinterpret_cast<const sockaddr*>(&group), sizeof group) < 0)
     return failed("sending to 239.255.0.1 over lo");
@@ -207,7 +212,8 @@ DoctorCheck check_loopback_multicast() {
   if (::poll(&ready, 1, kPatienceMilliseconds) == 1)
     received.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::recv(receiver.get(), received.data(), received.size(), 0))));
   check.well = received == sent;
-  check.found = check.well ? "a datagram to 239.255.0.1 came back over lo" : "a datagram to 239.255.0.1 over lo did not come back: a packet filter?";
+  check.found =
+      check.well ? "a datagram to 239.255.0.1 came back over lo" : "a datagram to 239.255.0.1 over lo did not come back: a packet filter?";
   check.remedy = check.well ? "" : "sudo iptables -I INPUT -i lo -j ACCEPT && sudo iptables -I OUTPUT -o lo -j ACCEPT";
   return check;
 }

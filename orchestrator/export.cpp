@@ -27,7 +27,7 @@ void append_row(fmt::memory_buffer& out, const Statement& row) {
     if (column > 0) out.push_back(',');
     if (row.is_null(column)) continue;
     if (row.is_real(column))
-      fmt::format_to(std::back_inserter(out), "{}", row.real(column));   // the shortest text that reads back exactly
+      fmt::format_to(std::back_inserter(out), "{}", row.real(column));  // the shortest text that reads back exactly
     else
       fmt::format_to(std::back_inserter(out), "{}", csv_text(row.text(column)));
   }

@@ -31,11 +31,11 @@ int run(consort::CommandLine& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::setlocale(LC_CTYPE, "");   // decides between ✓ and its plain-text twin; numbers keep their point
+  std::setlocale(LC_CTYPE, "");  // decides between ✓ and its plain-text twin; numbers keep their point
   try {
     consort::CommandLine command(argc, argv);
     return run(command);
-  } catch (const std::exception& error) {   // even saying what went wrong has failed
+  } catch (const std::exception& error) {  // even saying what went wrong has failed
     fmt::print(stderr, "consort: {}\n", error.what());
     return static_cast<int>(Exit::run_failed);
   }

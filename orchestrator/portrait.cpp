@@ -58,7 +58,10 @@ std::string stop_text(const Experiment& experiment) {
 std::string facts(const Experiment& experiment, const TextStyle& style) {
   const std::size_t processes = (experiment.agents + experiment.agents_per_process - 1) / experiment.agents_per_process;
   std::string out;
-  out += fact("mode", experiment.mode == Mode::simulate ? "simulate, no processes" : fmt::format("lockstep, {} agent process{}", processes, processes == 1 ? "" : "es"), style);
+  out += fact("mode",
+              experiment.mode == Mode::simulate ? "simulate, no processes"
+                                                : fmt::format("lockstep, {} agent process{}", processes, processes == 1 ? "" : "es"),
+              style);
   out += fact("agents", fmt::format("{}", experiment.agents), style);
   for (const ProtocolChoice& choice : experiment.protocols) {
     const ProtocolEntry& entry = find_protocol(choice.name);
@@ -70,8 +73,10 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   out += fact("links", link_text(experiment.links), style);
   for (const LinkEvent& event : experiment.link_events) out += fact("event", event_text(event), style);
   out += fact("ends", stop_text(experiment), style);
-  out += fact("seed", experiment.runs > 1 ? fmt::format("{} to {}, {} runs", experiment.seed.value, experiment.seed.value + experiment.runs - 1, experiment.runs)
-                                          : fmt::format("{}", experiment.seed.value),
+  out += fact("seed",
+              experiment.runs > 1
+                  ? fmt::format("{} to {}, {} runs", experiment.seed.value, experiment.seed.value + experiment.runs - 1, experiment.runs)
+                  : fmt::format("{}", experiment.seed.value),
               style);
   const Round interval = experiment.report_interval();
   out += fact("record", interval == 1 ? "every round" : fmt::format("every {} rounds", interval), style);
@@ -113,7 +118,7 @@ std::string picture(const Experiment& experiment, const TextStyle& style) {
   for (std::size_t i = 1; i <= n; ++i) {
     out += fmt::format("  {:>5}", i);
     for (std::size_t j = 1; j <= n; ++j) {
-      if (i == n && j == n) break;   // nothing but the empty diagonal is left
+      if (i == n && j == n) break;  // nothing but the empty diagonal is left
       const Edge edge{agent_at(j - 1), agent_at(i - 1)};
       out += fmt::format("  {}", i == j ? " " : now->has(edge) ? here : ever.has(edge) ? later : never);
     }

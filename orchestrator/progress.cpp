@@ -30,7 +30,7 @@ bool Progress::due(Time now) const { return !shown_ || now - *shown_ >= (style_.
 void Progress::show(Time now, const std::string& live, const std::string& plain) {
   shown_ = now;
   if (style_.terminal)
-    write_("\r\x1b[K" + clipped(live, style_.width > 1 ? style_.width - 1 : 1));   // the last column would wrap the line
+    write_("\r\x1b[K" + clipped(live, style_.width > 1 ? style_.width - 1 : 1));  // the last column would wrap the line
   else
     write_(plain + "\n");
   live_line_ = style_.terminal;

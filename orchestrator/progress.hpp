@@ -24,8 +24,8 @@ class Progress {
   void launching(std::size_t found, std::size_t ready, std::size_t total);
   void run_begins(const Job& job, std::size_t dimension);
   void report(const Job& job, const RoundReport& report);
-  void note(std::string_view text);   ///< a line of its own that stays
-  void finish();                      ///< removes the live line
+  void note(std::string_view text);  ///< a line of its own that stays
+  void finish();                     ///< removes the live line
 
  private:
   [[nodiscard]] bool due(Time now) const;

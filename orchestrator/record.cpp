@@ -60,10 +60,10 @@ CREATE TABLE events (            -- what happened, in order
 );
 )sql";
 
-constexpr std::size_t kMaxValues = 1900;                                // SQLite allows 2000 columns
-constexpr std::size_t kMaxPendingDoubles = 8u << 20;                    // 64 MiB waiting for the disk; beyond that the run waits
-constexpr std::size_t kEagerDoubles = kMaxPendingDoubles / 8;           // start writing before the period is over
-constexpr auto kCommitPeriod = std::chrono::milliseconds(100);          // seldom enough to leave the cores to the agents
+constexpr std::size_t kMaxValues = 1900;                        // SQLite allows 2000 columns
+constexpr std::size_t kMaxPendingDoubles = 8u << 20;            // 64 MiB waiting for the disk; beyond that the run waits
+constexpr std::size_t kEagerDoubles = kMaxPendingDoubles / 8;   // start writing before the period is over
+constexpr auto kCommitPeriod = std::chrono::milliseconds(100);  // seldom enough to leave the cores to the agents
 
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
@@ -96,7 +96,7 @@ struct Begin {
 struct Rows {
   std::size_t run;
   Round round;
-  std::size_t agents, dimension, offset;   // of Batch::values
+  std::size_t agents, dimension, offset;  // of Batch::values
 };
 struct Happened {
   std::size_t run;
@@ -288,7 +288,7 @@ struct Record::Impl {
   }
 
   template <class Entry>
-  void hand_over(Entry&& entry) {   // call with the mutex held
+  void hand_over(Entry&& entry) {  // call with the mutex held
     pending.entries.emplace_back(std::forward<Entry>(entry));
     ++handed;
   }
@@ -328,7 +328,8 @@ Record::~Record() = default;
 void Record::begin_run(const Job& job, const Experiment& experiment, const Layout& estimate_layout) {
   const std::string& protocol = experiment.protocols.at(job.protocol).name;
   if (estimate_layout.size() > kMaxValues)
-    throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, estimate_layout.size()));
+    throw RunError(
+        fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, estimate_layout.size()));
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   impl_->current.run = job.number;
@@ -355,8 +356,8 @@ void Record::end_run(const JobOutcome& outcome) {
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
-  impl_->hand_over(End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(),
-                             outcome.links});
+  impl_->hand_over(
+      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), outcome.links});
 }
 
 void Record::flush() {

@@ -2,8 +2,8 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <sys/stat.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cerrno>
@@ -169,8 +169,10 @@ std::string to_json(const Summary& summary) {
     json["criteria"].push_back({{"text", criterion.text}, {"met", criterion.met}, {"value", criterion.value}});
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
-  json["performance"] = {{"startup_seconds", summary.startup_seconds},     {"rounds_per_second", summary.rounds_per_second},
-                         {"messages_sent", summary.totals.sent},           {"messages_delivered", summary.totals.delivered},
+  json["performance"] = {{"startup_seconds", summary.startup_seconds},
+                         {"rounds_per_second", summary.rounds_per_second},
+                         {"messages_sent", summary.totals.sent},
+                         {"messages_delivered", summary.totals.delivered},
                          {"messages_lost", summary.totals.lost}};
   json["output"] = summary.output.string();
   // What a file name or an error text may hold that is not UTF-8 must not cost the summary.

@@ -27,10 +27,10 @@ struct ProtocolResult {
   std::string name;
   std::size_t runs = 0, converged = 0;
   Round fewest_rounds = 0, most_rounds = 0;
-  std::uint64_t rounds = 0;      ///< sum over the runs
-  AgentCounters totals;          ///< sum over the runs
-  double seconds = 0.0;          ///< wall clock, sum over the runs
-  Metrics mean, deviation;       ///< over the runs; sample standard deviation, 0 for a single run
+  std::uint64_t rounds = 0;  ///< sum over the runs
+  AgentCounters totals;      ///< sum over the runs
+  double seconds = 0.0;      ///< wall clock, sum over the runs
+  Metrics mean, deviation;   ///< over the runs; sample standard deviation, 0 for a single run
 };
 
 struct Summary {
@@ -38,16 +38,16 @@ struct Summary {
   std::filesystem::path output;
   Mode mode = Mode::lockstep;
   Seed seed;
-  std::size_t agents = 0, runs = 1;          ///< runs asked for, per protocol
+  std::size_t agents = 0, runs = 1;  ///< runs asked for, per protocol
   std::vector<ProtocolResult> protocols;
-  Metrics metrics;                           ///< prefixed `<protocol>.` if there are several; `<metric>.std` beside each mean if runs > 1
+  Metrics metrics;  ///< prefixed `<protocol>.` if there are several; `<metric>.std` beside each mean if runs > 1
   std::vector<CriterionResult> criteria;
-  Round rounds = 0;                          ///< the most rounds any run took
-  std::uint64_t trace_hash = 0;              ///< over the hashes of all runs, in order
+  Round rounds = 0;              ///< the most rounds any run took
+  std::uint64_t trace_hash = 0;  ///< over the hashes of all runs, in order
   double startup_seconds = 0.0, rounds_per_second = 0.0;
   AgentCounters totals;
   Exit exit = Exit::ok;
-  std::string error;                         ///< empty: the run reached its end
+  std::string error;  ///< empty: the run reached its end
   [[nodiscard]] bool passed() const { return exit == Exit::ok; }
 };
 
@@ -55,16 +55,16 @@ struct Summary {
 class Results {
  public:
   Results(const Experiment& experiment, std::filesystem::path output);
-  void add(const JobOutcome& outcome);   ///< computes the metrics, so the trace need not be kept
+  void add(const JobOutcome& outcome);  ///< computes the metrics, so the trace need not be kept
   /// What is known so far. With `error` empty the criteria are judged and decide between Exit::ok and Exit::criterion_not_met.
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;
 
  private:
   struct PerProtocol {
     ProtocolResult result;
-    std::vector<Metrics> metrics;   // one per run
+    std::vector<Metrics> metrics;  // one per run
   };
-  Experiment experiment_;   // with the metrics of the final table added to those the user chose
+  Experiment experiment_;  // with the metrics of the final table added to those the user chose
   std::filesystem::path output_;
   std::vector<PerProtocol> protocols_;
   HistoryHash hash_;

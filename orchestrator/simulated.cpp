@@ -47,10 +47,11 @@ class Watch {
   /// Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
   void check_deadline(const Experiment& experiment, const JobOutcome& outcome) const {
     if (interrupted()) return;
-    throw TimeoutError(fmt::format(
-        "the deadline of {:g} s passed in round {} of {} ({}, seed {}); a longer one is written `stop: {{deadline: ...}}` in the experiment",
-        deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).name,
-        outcome.job.seed.value));
+    throw TimeoutError(
+        fmt::format("the deadline of {:g} s passed in round {} of {} ({}, seed {}); a longer one is written `stop: {{deadline: ...}}` in "
+                    "the experiment",
+                    deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).name,
+                    outcome.job.seed.value));
   }
 
  private:
@@ -62,7 +63,8 @@ class Watch {
 /// Tells the observer of cuts and heals as their rounds come up, between the reports.
 class EventTeller {
  public:
-  EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer) : job_(job), observer_(observer), events_(experiment.link_events) {
+  EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer)
+      : job_(job), observer_(observer), events_(experiment.link_events) {
     std::stable_sort(events_.begin(), events_.end(), [](const LinkEvent& a, const LinkEvent& b) { return a.round < b.round; });
   }
   void report(const RoundReport& report) {
@@ -90,7 +92,7 @@ struct Finished {
   std::vector<double> estimates;
   std::vector<std::uint64_t> hashes;
   std::vector<AgentCounters> counters;
-  double began_seconds = 0.0;   ///< of round 0, after the call
+  double began_seconds = 0.0;  ///< of round 0, after the call
   bool ended_early = false;
 
   void keep(const RoundReport& report) {
@@ -134,8 +136,7 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
   observer.run_begins(job, layouts.message, layouts.estimate);
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
-      experiment, job, watch, [&] { return watch.ended(); },
-      [&](const Finished&, const RoundReport& report) { teller.report(report); });
+      experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
   observer.run_ends(finished.outcome);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
   return {finished.began_seconds, finished.outcome.seconds};
@@ -185,7 +186,7 @@ class Workers {
   std::mutex mutex_;
   std::condition_variable_any room_;
   std::size_t started_ = 0, taken_ = 0, window_ = 1;
-  std::vector<std::jthread> threads_;   // last member: stopped and joined before anything they use is gone
+  std::vector<std::jthread> threads_;  // last member: stopped and joined before anything they use is gone
 };
 
 SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch, RunObserver& observer) {
@@ -202,7 +203,7 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
     times.running_seconds += finished.outcome.seconds;
     if (!finished.ended_early) continue;
     watch.check_deadline(experiment, finished.outcome);
-    break;   // the user's signal: the jobs that have not been taken are dropped
+    break;  // the user's signal: the jobs that have not been taken are dropped
   }
   return times;
 }

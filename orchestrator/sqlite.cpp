@@ -29,8 +29,8 @@ void Statement::bind(int parameter, double value) {
   require(sqlite3_bind_double(statement_.get(), parameter + 1, value), statement_.get(), "binding a number");
 }
 void Statement::bind(int parameter, std::string_view text) {
-  require(sqlite3_bind_text(statement_.get(), parameter + 1, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT), statement_.get(),
-          "binding a text");
+  require(sqlite3_bind_text(statement_.get(), parameter + 1, text.data(), static_cast<int>(text.size()), SQLITE_TRANSIENT),
+          statement_.get(), "binding a text");
 }
 
 bool Statement::step() {
@@ -66,7 +66,7 @@ Database::Database(const std::filesystem::path& file, Open how) {
       sqlite3_open_v2(file.c_str(), &connection, SQLITE_OPEN_READWRITE | (how == Open::create ? SQLITE_OPEN_CREATE : 0), nullptr);
   connection_.reset(connection);
   if (code != SQLITE_OK) throw RunError("record " + file.string() + ": " + sqlite3_errstr(code));
-  sqlite3_busy_timeout(connection, 5000);   // a reader, or its check-pointing, may hold the lock for a moment
+  sqlite3_busy_timeout(connection, 5000);  // a reader, or its check-pointing, may hold the lock for a moment
 }
 
 void Database::run(const std::string& sql) {

@@ -16,10 +16,10 @@ namespace consort {
 class Statement {
  public:
   void bind(int parameter, std::int64_t value);
-  void bind(int parameter, double value);   ///< NaN is stored as NULL
+  void bind(int parameter, double value);  ///< NaN is stored as NULL
   void bind(int parameter, std::string_view text);
-  bool step();                              ///< true: there is a row to read
-  void execute();                           ///< runs to the end and makes the statement ready for the next binding
+  bool step();     ///< true: there is a row to read
+  void execute();  ///< runs to the end and makes the statement ready for the next binding
 
   [[nodiscard]] int columns() const;
   [[nodiscard]] std::string name(int column) const;
@@ -39,10 +39,10 @@ class Statement {
 
 class Database {
  public:
-  enum class Open { create, read };   ///< create: the file must not exist; read: it must
+  enum class Open { create, read };  ///< create: the file must not exist; read: it must
   Database(const std::filesystem::path& file, Open how);
 
-  void run(const std::string& sql);   ///< one or more statements without result
+  void run(const std::string& sql);  ///< one or more statements without result
   [[nodiscard]] Statement prepare(const std::string& sql);
 
  private:

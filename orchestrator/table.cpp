@@ -16,12 +16,12 @@ constexpr std::size_t kIndent = 2, kGap = 3;
 /// Text that is lined up with its column at the end of the leading integer, so that decimal points stand below each other.
 struct Cell {
   std::string text;
-  std::size_t point = 0;   ///< characters before the point
+  std::size_t point = 0;  ///< characters before the point
 };
 
 struct Row {
   std::string label;
-  std::vector<Cell> cells;   ///< one per protocol
+  std::vector<Cell> cells;  ///< one per protocol
 };
 
 Cell cell(std::string text) {
@@ -36,7 +36,7 @@ std::string number(double value) { return std::isfinite(value) ? fmt::format("{:
 std::string mean_and_deviation(double mean, double deviation, const TextStyle& style) {
   if (!std::isfinite(mean)) return "-";
   const char* sign = style.unicode ? "±" : "+-";
-  constexpr double kRounding = 1e-13;   // relative; what is left of equal values after averaging
+  constexpr double kRounding = 1e-13;  // relative; what is left of equal values after averaging
   if (!std::isfinite(deviation) || deviation <= kRounding * std::abs(mean)) return fmt::format("{} {} 0", number(mean), sign);
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(deviation)));
   if (decimals > 8 || std::abs(mean) >= 1e9) return fmt::format("{:.6g} {} {:.2g}", mean, sign, deviation);
@@ -56,7 +56,8 @@ class Rows {
 
   std::vector<Row> all() {
     std::set<std::string> seen;
-    for (const char* first : {"consensus_value", "centralised_value", "bias", "disagreement", "rounds_to_convergence"}) add_metric(first, seen);
+    for (const char* first : {"consensus_value", "centralised_value", "bias", "disagreement", "rounds_to_convergence"})
+      add_metric(first, seen);
     for (const MetricEntry& entry : metric_table()) {
       const std::string name(entry.name);
       if (name != "rounds" && !name.starts_with("messages_")) add_metric(name, seen);
@@ -130,7 +131,7 @@ std::string padded(const std::string& text, std::size_t width) {
 
 /// Widths of one protocol's column.
 struct Column {
-  std::size_t before = 0, after = 0, heading = 0;   ///< characters before and from the decimal point on, and of the name above
+  std::size_t before = 0, after = 0, heading = 0;  ///< characters before and from the decimal point on, and of the name above
   [[nodiscard]] std::size_t width() const { return std::max(heading, before + after); }
 };
 
@@ -148,8 +149,8 @@ std::vector<Column> measure(const Summary& summary, const std::vector<Row>& rows
 }
 
 /// The rows for protocols [first, last).
-std::string block(const Summary& summary, const std::vector<Row>& rows, const std::vector<Column>& columns, std::size_t first, std::size_t last,
-                  std::size_t label_width, const TextStyle& style) {
+std::string block(const Summary& summary, const std::vector<Row>& rows, const std::vector<Column>& columns, std::size_t first,
+                  std::size_t last, std::size_t label_width, const TextStyle& style) {
   std::string out;
   const auto end_line = [&out](std::string line) { out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n"; };
   std::string heading(kIndent + label_width, ' '), rule = std::string(kIndent, ' ');
@@ -176,12 +177,17 @@ std::string block(const Summary& summary, const std::vector<Row>& rows, const st
 std::string verdict(const Summary& summary, Tone& tone) {
   tone = summary.passed() ? Tone::good : Tone::bad;
   switch (summary.exit) {
-    case Exit::ok: return summary.criteria.empty() ? "DONE" : "PASSED";
-    case Exit::criterion_not_met: return "NOT MET";
-    case Exit::timed_out: return "TIMED OUT";
+    case Exit::ok:
+      return summary.criteria.empty() ? "DONE" : "PASSED";
+    case Exit::criterion_not_met:
+      return "NOT MET";
+    case Exit::timed_out:
+      return "TIMED OUT";
     case Exit::interrupted:
-    case Exit::terminated: return "INTERRUPTED";
-    default: return "FAILED";
+    case Exit::terminated:
+      return "INTERRUPTED";
+    default:
+      return "FAILED";
   }
 }
 
@@ -193,8 +199,9 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
   const char* dot = style.unicode ? " · " : ", ";
   std::string facts = fmt::format("{}{}{} agent{}{}seed {}", summary.mode == Mode::simulate ? "simulate" : "lockstep", dot, summary.agents,
                                   summary.agents == 1 ? "" : "s", dot, summary.seed.value);
-  if (summary.runs > 1) facts += fmt::format(" to {}{}mean {} std over {} runs", summary.seed.value + summary.runs - 1, dot, style.unicode ? "±" : "+-",
-                                             summary.protocols.empty() ? summary.runs : summary.protocols.front().runs);
+  if (summary.runs > 1)
+    facts += fmt::format(" to {}{}mean {} std over {} runs", summary.seed.value + summary.runs - 1, dot, style.unicode ? "±" : "+-",
+                         summary.protocols.empty() ? summary.runs : summary.protocols.front().runs);
   return fmt::format("  {}{}{}\n  {}\n\n", toned(summary.experiment, Tone::strong, style), space, toned(word, tone, style),
                      toned(facts, Tone::faint, style));
 }
@@ -226,7 +233,8 @@ std::string render(const Summary& summary, const TextStyle& style) {
   std::size_t widest = 0;
   for (std::size_t first = 0; first < columns.size();) {
     std::size_t width = kIndent + label_width, last = first;
-    while (last < columns.size() && (last == first || width + kGap + columns[last].width() <= style.width)) width += kGap + columns[last++].width();
+    while (last < columns.size() && (last == first || width + kGap + columns[last].width() <= style.width))
+      width += kGap + columns[last++].width();
     blocks += block(summary, rows, columns, first, last, label_width, style) + "\n";
     widest = std::max(widest, width);
     first = last;
@@ -234,8 +242,10 @@ std::string render(const Summary& summary, const TextStyle& style) {
   std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 40, std::max<std::size_t>(style.width, 40))) + blocks;
   out += criteria(summary, style);
   // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
-  if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated) out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));
-  out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash), Tone::faint, style));
+  if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated)
+    out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));
+  out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash),
+                                     Tone::faint, style));
   out += fmt::format("  {}\n", summary.output.string());
   return out;
 }

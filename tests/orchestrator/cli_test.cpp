@@ -4,10 +4,10 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <csignal>
@@ -57,14 +57,18 @@ class Cli : public testing::Test {
     return {WEXITSTATUS(status), text_of(streams_.path() / "out"), text_of(streams_.path() / "err")};
   }
 
-  Answer consort(std::vector<std::string> arguments, const std::function<void()>& prepare = {}) { return wait(start(std::move(arguments), prepare)); }
+  Answer consort(std::vector<std::string> arguments, const std::function<void()>& prepare = {}) {
+    return wait(start(std::move(arguments), prepare));
+  }
 
   void write(const std::string& name, const std::string& text) { std::ofstream(folder_.path() / name) << text; }
 
   /// A small experiment, with lines of its own at the end.
   void write_ring(const std::string& more = "") {
-    write("ring.yaml", "# Do five agents on a ring agree on the mean?\nexperiment: small_ring\nmode: simulate\nseed: 3\nrounds: 200\ndt: 0.25\n"
-                       "agents:\n  count: 5\n  protocol: local_voting\n  initial: {x: {linspace: [0, 4]}}\ntopology: ring\n" + more);
+    write("ring.yaml",
+          "# Do five agents on a ring agree on the mean?\nexperiment: small_ring\nmode: simulate\nseed: 3\nrounds: 200\ndt: 0.25\n"
+          "agents:\n  count: 5\n  protocol: local_voting\n  initial: {x: {linspace: [0, 4]}}\ntopology: ring\n" +
+              more);
   }
 
   [[nodiscard]] std::filesystem::path only_result() const {
@@ -79,7 +83,9 @@ class Cli : public testing::Test {
   ScratchFolder folder_, streams_;
 };
 
-void expect_contains(const std::string& text, const std::string& part) { EXPECT_NE(text.find(part), std::string::npos) << "no '" << part << "' in:\n" << text; }
+void expect_contains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "no '" << part << "' in:\n" << text;
+}
 
 TEST_F(Cli, RunPrintsTheTableAndFillsAFolder) {
   write_ring("criteria: [\"disagreement < 1e-6\", \"abs(bias) < 1e-9\"]\n");
@@ -94,7 +100,8 @@ TEST_F(Cli, RunPrintsTheTableAndFillsAFolder) {
   const auto host = nlohmann::json::parse(text_of(folder / "host.json"));
   EXPECT_EQ(host["seed"], 3);
   EXPECT_EQ(host["command_line"][1], "run");
-  for (const char* version : {"consort", "cyclonedds", "eigen", "compiler"}) EXPECT_FALSE(host["versions"][version].get<std::string>().empty());
+  for (const char* version : {"consort", "cyclonedds", "eigen", "compiler"})
+    EXPECT_FALSE(host["versions"][version].get<std::string>().empty());
   EXPECT_GT(host["cores"], 0);
   EXPECT_GT(host["memory_bytes"], 1 << 20);
   EXPECT_TRUE(std::filesystem::is_directory(folder / "logs"));
@@ -148,8 +155,9 @@ TEST_F(Cli, MonteCarloGivesMeansAndDeviations) {
 }
 
 TEST_F(Cli, SeveralProtocolsStandSideBySide) {
-  write("two.yaml", "experiment: two\nmode: simulate\nrounds: 20\nagents:\n  count: 4\n  protocols: [{name: kalman_consensus, Q: 0.1, Omega: 0.1}, "
-                    "{name: unbiased_kalman_consensus, Q: 0.1}]\n  initial: {x: {linspace: [0, 3]}, P: 1}\ntopology: complete\n");
+  write("two.yaml",
+        "experiment: two\nmode: simulate\nrounds: 20\nagents:\n  count: 4\n  protocols: [{name: kalman_consensus, Q: 0.1, Omega: 0.1}, "
+        "{name: unbiased_kalman_consensus, Q: 0.1}]\n  initial: {x: {linspace: [0, 3]}, P: 1}\ntopology: complete\n");
   const Answer answer = consort({"run", "two.yaml", "--output", "out"});
   EXPECT_EQ(answer.code, 0) << answer.err;
   std::istringstream lines(answer.out);
@@ -276,7 +284,8 @@ TEST_F(Cli, ValidateShowsTheExperimentAndItsTopology) {
   write_ring("criteria: [\"disagreement < 1\"]\n");
   const Answer answer = consort({"validate", "ring.yaml"});
   EXPECT_EQ(answer.code, 0) << answer.err;
-  for (const char* part : {"small_ring", "Do five agents", "local_voting", "disagreement < 1", "Who hears whom", "What theory says"}) expect_contains(answer.out, part);
+  for (const char* part : {"small_ring", "Do five agents", "local_voting", "disagreement < 1", "Who hears whom", "What theory says"})
+    expect_contains(answer.out, part);
   const auto json = nlohmann::json::parse(consort({"validate", "ring.yaml", "--json"}).out);
   EXPECT_EQ(json["valid"], true);
   EXPECT_EQ(json["agents"], 5);
@@ -299,14 +308,19 @@ TEST_F(Cli, ListsNameWhatThereIs) {
 }
 
 TEST_F(Cli, HelpIsAManualPageOnEveryVerb) {
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"--help"}, {"run", "--help"}, {"validate", "--help"}, {"list", "-h"}, {"doctor", "--help"}, {"export", "--help"}}) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"},
+                                                    {"run", "--help"},
+                                                    {"validate", "--help"},
+                                                    {"list", "-h"},
+                                                    {"doctor", "--help"},
+                                                    {"export", "--help"}}) {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const Answer answer = consort(arguments);
     EXPECT_EQ(answer.code, 0);
     EXPECT_EQ(answer.err, "");
     std::string name = arguments.size() == 1 ? "consort" : "consort " + arguments[0];
-    for (const std::string& part : {std::string("NAME\n    ") + name + " - ", std::string("USAGE\n    consort"), std::string("DESCRIPTION\n"), std::string("EXAMPLES\n    consort "), std::string("EXIT CODES\n    0")})
+    for (const std::string& part : {std::string("NAME\n    ") + name + " - ", std::string("USAGE\n    consort"),
+                                    std::string("DESCRIPTION\n"), std::string("EXAMPLES\n    consort "), std::string("EXIT CODES\n    0")})
       expect_contains(answer.out, part);
   }
   expect_contains(consort({"--version"}).out, "consort ");

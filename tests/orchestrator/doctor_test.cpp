@@ -51,7 +51,8 @@ TEST(Doctor, EachShortageHasItsRemedy) {
       {[](HostLimits& l) { l.tasks = l.tasks_hard = 4096; }, "sudo prlimit --pid $$ --nproc=9300:9300"},
       {[](HostLimits& l) { l.threads_max = 8000; }, "sudo sysctl -w kernel.threads-max=18600"},
       {[](HostLimits& l) { l.pid_max = 8192; }, "sudo sysctl -w kernel.pid_max=37200"},
-      {[](HostLimits& l) { l.group_tasks = 2000, l.group_file = "/sys/fs/cgroup/box/pids.max"; }, "echo max | sudo tee /sys/fs/cgroup/box/pids.max"},
+      {[](HostLimits& l) { l.group_tasks = 2000, l.group_file = "/sys/fs/cgroup/box/pids.max"; },
+       "echo max | sudo tee /sys/fs/cgroup/box/pids.max"},
       {[](HostLimits& l) { l.last_port = 33'000; }, "sudo sysctl -w net.ipv4.ip_local_port_range=\"32768 60999\""},
       {[](HostLimits& l) { l.first_port = 1024; }, "sudo sysctl -w net.ipv4.ip_local_port_range=\"32768 60999\""}};
   for (const auto& [spoil, remedy] : cases) {
@@ -97,7 +98,7 @@ TEST(Doctor, FindsAnAgentWhoseOrchestratorIsGone) {
     if (orphan == 0) {
       ::close(pipe_ends[0]);
       ::prctl(PR_SET_NAME, "consort-agent");
-      ::alarm(120);   // ends by itself if the test does not
+      ::alarm(120);  // ends by itself if the test does not
       const pid_t self = ::getpid();
       while (::getppid() == child) ::sched_yield();
       if (::write(pipe_ends[1], &self, sizeof self) != sizeof self) ::_exit(1);
@@ -111,7 +112,8 @@ TEST(Doctor, FindsAnAgentWhoseOrchestratorIsGone) {
   ASSERT_EQ(::read(pipe_ends[0], &orphan, sizeof orphan), static_cast<ssize_t>(sizeof orphan));
   ::close(pipe_ends[0]);
   const auto found = leftover_processes();
-  const bool listed = std::any_of(found.begin(), found.end(), [&](const Leftover& l) { return l.pid == orphan && l.name == "consort-agent"; });
+  const bool listed =
+      std::any_of(found.begin(), found.end(), [&](const Leftover& l) { return l.pid == orphan && l.name == "consort-agent"; });
   const auto checks = examine_host();
   const auto& last = checks.back();
   ::kill(orphan, SIGKILL);

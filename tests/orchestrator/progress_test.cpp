@@ -15,7 +15,9 @@ struct Watched {
   Progress progress;
 
   explicit Watched(TextStyle style, std::size_t runs = 1)
-      : experiment(make(runs)), progress(experiment, style, [this](std::string_view text) { written.emplace_back(text); }, [this] { return now; }) {}
+      : experiment(make(runs)),
+        progress(
+            experiment, style, [this](std::string_view text) { written.emplace_back(text); }, [this] { return now; }) {}
 
   static Experiment make(std::size_t runs) {
     Experiment experiment;
@@ -62,7 +64,8 @@ TEST(Progress, LinesTellRoundsSpeedAndDisagreement) {
   watched.now += 2s;
   watched.report(300, 1);
   ASSERT_EQ(watched.written.size(), 2u);
-  EXPECT_EQ(watched.written[1], "local_voting, run 2 of 5: round 300 of 1000, 150 rounds/s, disagreement 0.25\n") << "speed goes on over the jobs";
+  EXPECT_EQ(watched.written[1], "local_voting, run 2 of 5: round 300 of 1000, 150 rounds/s, disagreement 0.25\n")
+      << "speed goes on over the jobs";
 }
 
 TEST(Progress, LiveLineIsRedrawnTenTimesASecondAndFitsTheTerminal) {

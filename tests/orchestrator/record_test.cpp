@@ -143,7 +143,7 @@ TEST(Record, FailureOfTheWriterReachesTheCaller) {
   record.begin_run(job, experiment, kScalar);
   record.add(job, numbers.at(1));
   record.flush();
-  record.add(job, numbers.at(1));   // the same round twice breaks the primary key
+  record.add(job, numbers.at(1));  // the same round twice breaks the primary key
   try {
     record.flush();
     FAIL() << "the writer's failure was swallowed";
@@ -177,7 +177,7 @@ TEST(Record, KilledProcessLosesNothingThatWasFlushed) {
   }
   ::close(pipe_ends[1]);
   char byte = 0;
-  ASSERT_EQ(::read(pipe_ends[0], &byte, 1), 1);   // 1000 rounds are committed, more are on their way
+  ASSERT_EQ(::read(pipe_ends[0], &byte, 1), 1);  // 1000 rounds are committed, more are on their way
   ::close(pipe_ends[0]);
   ASSERT_EQ(::kill(child, SIGKILL), 0);
   int status = 0;

@@ -1,6 +1,6 @@
+#include "orchestrator/results.hpp"
 #include "orchestrator/export.hpp"
 #include "orchestrator/record.hpp"
-#include "orchestrator/results.hpp"
 #include "orchestrator/table.hpp"
 #include "tests/orchestrator/folder.hpp"
 
@@ -32,7 +32,7 @@ JobOutcome agreed_on(const Job& job, double value, std::size_t dimension, Round 
   trace.estimate_layout = {{{"x", dimension, 1}}, 0, 0};
   trace.rounds = {0, rounds};
   trace.estimates.assign(2 * 2 * dimension, value);
-  for (std::size_t i = 0; i < dimension; ++i) trace.estimates[i] = value - 1.0;   // agent 1 in round 0
+  for (std::size_t i = 0; i < dimension; ++i) trace.estimates[i] = value - 1.0;  // agent 1 in round 0
   trace.hash = 7 + job.number;
   trace.last_round = rounds;
   trace.totals = {100, 90, 10};
@@ -170,9 +170,7 @@ TEST(Results, OutputFolderMustBeAbsentOrEmpty) {
   EXPECT_EQ(text_of(scratch.path() / "file"), "x");
 }
 
-TEST(Results, WritingWhereNothingCanBeWrittenIsARunError) {
-  EXPECT_THROW(write_file("/proc/consort/summary.json", "x"), RunError);
-}
+TEST(Results, WritingWhereNothingCanBeWrittenIsARunError) { EXPECT_THROW(write_file("/proc/consort/summary.json", "x"), RunError); }
 
 std::size_t widest_line(const std::string& text) {
   std::size_t widest = 0;

@@ -33,7 +33,7 @@ struct Witness : RunObserver {
   std::vector<std::string> calls;
   std::vector<std::size_t> begun;
   std::vector<JobOutcome> outcomes;
-  std::vector<std::vector<double>> estimates;   // of every report
+  std::vector<std::vector<double>> estimates;  // of every report
   std::function<void(const RoundReport&)> on_report;
 
   void launching(std::size_t, std::size_t, std::size_t) override { calls.emplace_back("launching"); }
@@ -146,7 +146,7 @@ TEST(RunSimulated, DeadlineNamesTheRound) {
 
 TEST(RunSimulated, FailureOfOneJobEndsTheOthers) {
   Experiment experiment = ring_experiment(200);
-  experiment.dt = 1e200;   // local voting overflows within a few rounds
+  experiment.dt = 1e200;  // local voting overflows within a few rounds
   Witness witness;
   EXPECT_THROW(run_simulated(experiment, {}, witness), RunError);
   EXPECT_TRUE(witness.outcomes.empty());
