@@ -38,7 +38,10 @@ void Progress::show(Time now, const std::string& live, const std::string& plain)
 
 void Progress::launching(std::size_t found, std::size_t ready, std::size_t total) {
   const Time now = clock_();
-  if (!due(now)) return;
+  // Without a terminal a launch that takes less than a second is told once, when it is complete.
+  if (!mark_) mark_ = now;
+  const bool complete = ready == total;
+  if (!complete && (!due(now) || (!style_.terminal && now - *mark_ < kPlainPeriod))) return;
   const std::string text = fmt::format("found {} of {}, ready {} of {}", found, total, ready, total);
   show(now, "  " + text, text);
 }

@@ -40,17 +40,21 @@ const TextStyle kTerminal{true, false, true, 80};
 
 TEST(Progress, PlainLinesComeAtMostOncePerSecond) {
   Watched watched(kPlain);
-  watched.progress.launching(3, 0, 10);
-  watched.progress.launching(7, 3, 10);
+  for (std::size_t found = 0; found < 10; ++found) {
+    watched.progress.launching(found, found / 2, 10);
+    watched.now += 150ms;
+  }
   ASSERT_EQ(watched.written.size(), 1u);
-  EXPECT_EQ(watched.written[0], "found 3 of 10, ready 0 of 10\n");
-  watched.now += 500ms;
+  EXPECT_EQ(watched.written[0], "found 7 of 10, ready 3 of 10\n");
+  watched.progress.launching(10, 10, 10);
+  ASSERT_EQ(watched.written.size(), 2u) << "that all are there is always told";
+  EXPECT_EQ(watched.written[1], "found 10 of 10, ready 10 of 10\n");
   watched.progress.run_begins({0, 0, Seed{1}}, 1);
   for (Round k = 0; k < 100; ++k) {
     watched.now += 25ms;
     watched.report(k);
   }
-  EXPECT_EQ(watched.written.size(), 4u) << "3 s have passed since the first line";
+  EXPECT_EQ(watched.written.size(), 4u) << "2.5 s have passed";
 }
 
 TEST(Progress, LinesTellRoundsSpeedAndDisagreement) {
@@ -90,7 +94,7 @@ TEST(Progress, LiveLineIsRedrawnTenTimesASecondAndFitsTheTerminal) {
 
 TEST(Progress, NotesStandOnLinesOfTheirOwn) {
   Watched watched(kTerminal);
-  watched.progress.launching(1, 1, 2);
+  watched.progress.launching(1, 0, 2);
   watched.progress.note("agent 2 died");
   watched.progress.finish();
   ASSERT_EQ(watched.written.size(), 3u);
