@@ -63,11 +63,17 @@ class Scribe : public RunObserver {
   void run_begins(const Job& job, const Layout&, const Layout& estimate_layout) override {
     if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     record_->begin_run(job, experiment_, estimate_layout);
+    unfinished_.emplace(JobOutcome{job, {}, {}, 0.0});
+    unfinished_->trace.agents = experiment_.agents;
+    unfinished_->trace.dimension = estimate_layout.size();
+    unfinished_->trace.estimate_layout = estimate_layout;
+    job_began_ = std::chrono::steady_clock::now();
     if (progress_) progress_->run_begins(job, estimate_layout.size());
   }
   void report(const Job& job, const RoundReport& report) override {
     round_ = report.k;
     record_->add(job, report);
+    unfinished_->trace.add(report);
     if (progress_) progress_->report(job, report);
   }
   void event(const Job& job, Round round, const std::string& kind, const std::string& text) override {
@@ -77,6 +83,7 @@ class Scribe : public RunObserver {
   void run_ends(const JobOutcome& outcome) override {
     record_->end_run(outcome);
     results_.add(outcome);
+    unfinished_.reset();
   }
 
   void note(const std::string& text) {
@@ -90,9 +97,14 @@ class Scribe : public RunObserver {
     record_->flush();
     record_.reset();
   }
-  /// As close(), after a failure: what cannot be written any more must not hide why the run failed.
+  /// As close(), after a failure: what the job that failed had reached counts, and what cannot be written any more must not hide why it
+  /// failed.
   void abandon() {
     if (progress_) progress_->finish();
+    if (unfinished_ && !unfinished_->trace.rounds.empty()) {
+      unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
+      results_.add(*unfinished_);
+    }
     record_.reset();
   }
   [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
@@ -105,6 +117,8 @@ class Scribe : public RunObserver {
   std::optional<Progress> progress_;
   SessionTimes times_;
   Round round_ = 0;
+  std::optional<JobOutcome> unfinished_;  // what the job that is going on has reported
+  std::chrono::steady_clock::time_point job_began_;
 };
 
 class RunVerb : public Verb {
