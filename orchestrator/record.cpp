@@ -46,7 +46,7 @@ CREATE TABLE agents (            -- one row per run and agent; counts up to the 
   history_hash TEXT,             -- over all rounds of this agent
   PRIMARY KEY (run, agent)
 ) WITHOUT ROWID;
-CREATE TABLE estimates (         -- one row per run, reported round and agent; then a column per named value: x, or x_0, x_1, ... , or P_0_0, ...
+CREATE TABLE estimates (         -- one row per run, reported round and agent; then a column per named value: x, or x_0, x_1, or P_0_0, ...
   run INTEGER NOT NULL, round INTEGER NOT NULL, agent INTEGER NOT NULL,
   PRIMARY KEY (run, round, agent)
 ) WITHOUT ROWID;
