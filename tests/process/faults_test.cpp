@@ -33,8 +33,8 @@ topology: ring
 stop: {deadline: 120 s}
 )";
 
-struct Run {
-  explicit Run(const std::string& text, std::vector<std::string> more = {}) {
+struct Command {
+  explicit Command(const std::string& text, std::vector<std::string> more = {}) {
     std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", "lockstep", "--output", output()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     program = std::make_unique<Program>(folder, "consort", arguments);
@@ -70,7 +70,7 @@ void expect_none_left(const std::vector<pid_t>& pids, double seconds) {
 TEST(Faults, SignalsEndARunCleanlyWithItsRecordIntact) {
   for (const auto& [signal, code] : {std::pair{SIGINT, 130}, std::pair{SIGTERM, 143}}) {
     SCOPED_TRACE(signal);
-    Run run(kEndless);
+    Command run(kEndless);
     ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
     const auto children = run.program->children();
     EXPECT_EQ(children.size(), 6u);
@@ -83,7 +83,7 @@ TEST(Faults, SignalsEndARunCleanlyWithItsRecordIntact) {
 }
 
 TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
-  Run run(kEndless);
+  Command run(kEndless);
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   const auto children = run.program->children();
   ASSERT_EQ(children.size(), 6u);
@@ -102,7 +102,7 @@ TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
 }
 
 TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
-  Run run(kEndless);
+  Command run(kEndless);
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   const auto children = run.program->children();
   ASSERT_EQ(children.size(), 6u);
@@ -113,7 +113,7 @@ TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
 }
 
 TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
-  Run run("experiment: lonely\nrounds: 5\nagents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}\n"
+  Command run("experiment: lonely\nrounds: 5\nagents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}\n"
           "topology: ring\ndt: 0.1\nstop: {deadline: 3 s}\n",
           {"--external", "2"});
   EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
@@ -123,7 +123,7 @@ TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
 TEST(Faults, AStalledRunTimesOutSayingWhoWaitsForWhom) {
   std::string text = kEndless;
   text.replace(text.find("600 s"), 5, "8 s");
-  Run run(text);
+  Command run(text);
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   const auto children = run.program->children();
   ASSERT_EQ(children.size(), 6u);
@@ -138,14 +138,14 @@ TEST(Faults, AStalledRunTimesOutSayingWhoWaitsForWhom) {
 }
 
 TEST(Faults, TwoRunsAtOnceAreIndependent) {
-  Run first(kShort, {"--json"}), second(kShort, {"--json"});
+  Command first(kShort, {"--json"}), second(kShort, {"--json"});
   EXPECT_EQ(first.program->wait(), 0) << first.program->err();
   EXPECT_EQ(second.program->wait(), 0) << second.program->err();
   EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
 }
 
 TEST(Faults, TwoRunsInTheSameDomainAreIndependent) {
-  Run first(kShort, {"--domain", "61"}), second(kShort, {"--domain", "61", "--seed", "1"});
+  Command first(kShort, {"--domain", "61"}), second(kShort, {"--domain", "61", "--seed", "1"});
   EXPECT_EQ(first.program->wait(), 0) << first.program->err();
   EXPECT_EQ(second.program->wait(), 0) << second.program->err();
   EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
@@ -153,7 +153,7 @@ TEST(Faults, TwoRunsInTheSameDomainAreIndependent) {
 
 /// An agent started by hand, before or after the orchestrator, joins; the result is the one of a launched run.
 TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
-  Run launched(kShort);
+  Command launched(kShort);
   ASSERT_EQ(launched.program->wait(), 0) << launched.program->err();
   for (const bool agent_first : {true, false}) {
     SCOPED_TRACE(agent_first);
@@ -165,7 +165,7 @@ TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
       agent = std::make_unique<Program>(folder, "consort-agent", by_hand);
       ASSERT_TRUE(eventually([&] { return !agent->err().empty(); })) << "the agent logs that it says hello";
     }
-    Run run(kShort, {"--name", name, "--domain", "62", "--external", "4"});
+    Command run(kShort, {"--name", name, "--domain", "62", "--external", "4"});
     if (!agent_first) {
       ASSERT_TRUE(eventually([&] { return run.program->children().size() == 4; }));
       agent = std::make_unique<Program>(folder, "consort-agent", by_hand);
@@ -180,7 +180,7 @@ TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
   const std::string name = unique_run_name("orphan");
   const Folder folder;
   Program agent(folder, "consort-agent", {"--id", "4", "--run", name, "--domain", "63"});
-  Run run(kEndless, {"--name", name, "--domain", "63", "--external", "4"});
+  Command run(kEndless, {"--name", name, "--domain", "63", "--external", "4"});
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   run.program->signal(SIGKILL);
   run.program->wait(60);
@@ -193,7 +193,7 @@ TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
   const Folder folder;
   Program stranger(folder, "consort-agent", {"--ids", "2-3", "--run", name, "--domain", "64"});
   ASSERT_TRUE(eventually([&] { return !stranger.err().empty(); }));
-  Run run(kShort, {"--name", name, "--domain", "64"});
+  Command run(kShort, {"--name", name, "--domain", "64"});
   EXPECT_EQ(run.program->wait(), 0) << run.program->err();
   EXPECT_EQ(stranger.wait(60), 2) << stranger.err();
   EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();

@@ -104,7 +104,7 @@ inline std::string internal(const Settings& settings) {
   std::string content;
   if (settings.tuned) {
     content +=
-        "<SocketReceiveBufferSize min=\"4MB\"/><DeliveryQueueMaxSamples>16384</DeliveryQueueMaxSamples>"
+        "<SocketReceiveBufferSize max=\"4MB\"/><DeliveryQueueMaxSamples>16384</DeliveryQueueMaxSamples>"
         "<PreEmptiveAckDelay>1s</PreEmptiveAckDelay><AckDelay>200ms</AckDelay><NackDelay>500ms</NackDelay>"
         "<HeartbeatInterval min=\"200ms\" minsched=\"1s\" max=\"8s\">1s</HeartbeatInterval>";
   }
