@@ -63,7 +63,7 @@ class Scribe : public RunObserver {
   void run_begins(const Job& job, const Layout&, const Layout& estimate_layout) override {
     if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
     record_->begin_run(job, experiment_, estimate_layout);
-    unfinished_.emplace(JobOutcome{job, {}, {}, 0.0});
+    unfinished_.emplace(JobOutcome{job, {}, 0.0});
     unfinished_->trace.agents = experiment_.agents;
     unfinished_->trace.dimension = estimate_layout.size();
     unfinished_->trace.estimate_layout = estimate_layout;
@@ -135,7 +135,7 @@ class RunVerb : public Verb {
 
   std::vector<std::string> command_line_;
   std::filesystem::path file_, output_option_;
-  std::string mode_, run_name_;
+  std::string mode_, run_name_, interface_ = "lo";
   ScriptOverrides overrides_;
   std::optional<int> domain_;
   std::vector<std::uint32_t> external_;
@@ -184,6 +184,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
   app_.add_option("--domain", domain_, "DDS domain, 0 to 230. Default: derived from the name.")->type_name("D")->check(CLI::Range(0, 230));
+  app_.add_option("--interface", interface_,
+                  "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
+      ->type_name("NAME");
   app_.add_option("--external", external_, "Agents that are started by hand, comma-separated; they are waited for.")
       ->type_name("IDS")
       ->delimiter(',');
@@ -192,6 +195,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 void RunVerb::check_options() const {
   if (experiment_.mode == Mode::simulate && !external_.empty())
     throw ConfigError("--external: found mode simulate; allowed: mode lockstep, where agents are processes");
+  if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
+    throw ConfigError(
+        "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
   for (const std::uint32_t id : external_) {
     if (id < 1 || id > experiment_.agents)
       throw ConfigError(fmt::format("--external: found agent {}; allowed: 1 to {}", id, experiment_.agents));
@@ -208,6 +214,7 @@ RunOptions RunVerb::options() const {
   RunOptions options;
   options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
+  options.interface = interface_;
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";

@@ -14,23 +14,16 @@ namespace consort {
 
 /// One run of the experiment: one protocol, one seed. Jobs are ordered protocol by protocol, seeds ascending.
 struct Job {
-  std::size_t number = 0;             ///< 0, 1, ... in order
-  std::size_t protocol = 0;           ///< index into Experiment::protocols
+  std::size_t number = 0;    ///< 0, 1, ... in order
+  std::size_t protocol = 0;  ///< index into Experiment::protocols
   Seed seed;
 };
 std::vector<Job> jobs_of(const Experiment& experiment);
 
-/// What one in-link of one agent did, over the rounds that agent ran.
-struct LinkTotals {
-  Edge edge;
-  std::uint64_t delivered = 0, lost = 0;
-};
-
 struct JobOutcome {
   Job job;
   Trace trace;
-  std::vector<LinkTotals> links;      ///< empty for agents that did not say
-  double seconds = 0.0;               ///< wall clock from round 0 to the last round
+  double seconds = 0.0;  ///< wall clock from round 0 to the last round
 };
 
 /// Watches a run. All calls come from one thread, in order; run_begins .. run_ends nest per job.
@@ -47,21 +40,22 @@ class RunObserver {
 };
 
 struct RunOptions {
-  std::string run_name;                       ///< discovery tag; unique per run
-  int domain = -1;                            ///< DDS domain; -1: derived from run_name
-  std::filesystem::path log_directory;        ///< one log per process; must exist
-  std::filesystem::path agent_executable;     ///< consort-agent
-  std::vector<AgentId> external;              ///< started by hand, not launched here
-  const std::atomic<int>* interrupt = nullptr;   ///< signal number once the user asked to stop; 0 before
+  std::string run_name;                 ///< discovery tag; unique per run
+  int domain = -1;                      ///< DDS domain; -1: derived from run_name
+  std::string interface = "lo";         ///< network interface of all processes (name or address); another than lo for agents on other hosts
+  std::filesystem::path log_directory;  ///< one log per process; must exist
+  std::filesystem::path agent_executable;       ///< consort-agent
+  std::vector<AgentId> external;                ///< started by hand, not launched here
+  const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };
 
 struct SessionTimes {
-  double startup_seconds = 0.0;   ///< from the call to round 0 of the first job, everything included
-  double running_seconds = 0.0;   ///< sum over jobs of round 0 .. last round
+  double startup_seconds = 0.0;  ///< from the call to round 0 of the first job, everything included
+  double running_seconds = 0.0;  ///< sum over jobs of round 0 .. last round
 };
 
-/// Real processes over DDS (lockstep). Throws RunError (a process died, DDS failed: names agent, pid, signal, last log lines) or TimeoutError
-/// (says who is missing or who waits for whom). On interrupt it ends the processes and returns what it has.
+/// Real processes over DDS (lockstep). Throws RunError (a process died, DDS failed: names agent, pid, signal, last log lines) or
+/// TimeoutError (says who is missing or who waits for whom). On interrupt it ends the processes and returns what it has.
 SessionTimes run_processes(const Experiment& experiment, const RunOptions& options, RunObserver& observer);
 
 /// The same jobs through simulate(). With one job reports stream to the observer as they come; with several they run on all cores and are

@@ -13,14 +13,14 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr unsigned kDomains = 100;                    // above, the ports of a domain would reach the kernel's ephemeral ones
+constexpr unsigned kDomains = 100;  // above, the ports of a domain would reach the kernel's ephemeral ones
 constexpr unsigned kPortsPerProcess = 4;
 constexpr std::size_t kMembersPerPart = 200;
-constexpr std::size_t kTunedFrom = 60;                // processes that all discover each other: slower acknowledgements halve the start-up
-constexpr std::size_t kWriterMemory = std::size_t{1} << 30;   // bytes a writer may hold before a write would wait
-constexpr milliseconds kAnnounceEvery{2000};          // neighbours mode: a first announcement may meet a process that is not there yet
-constexpr milliseconds kExternalLease{2000};          // how fast an agent on another host notices a dead orchestrator, and the other way round
-constexpr milliseconds kLookAround{20};               // how often children, interrupt and deadline are looked at
+constexpr std::size_t kTunedFrom = 60;  // processes that all discover each other: slower acknowledgements halve the start-up
+constexpr std::size_t kWriterMemory = std::size_t{1} << 30;  // bytes a writer may hold before a write would wait
+constexpr milliseconds kAnnounceEvery{2000};  // neighbours mode: a first announcement may meet a process that is not there yet
+constexpr milliseconds kExternalLease{2000};  // how fast an agent on another host notices a dead orchestrator, and the other way round
+constexpr milliseconds kLookAround{20};       // how often children, interrupt and deadline are looked at
 
 unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
 
@@ -40,7 +40,9 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     states_.push_back(state);
     process_by_name_[plan.agents.front().value] = p;
   }
-  if (!options_.external.empty() && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
+  // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
+  const bool elsewhere = !options_.external.empty() || options_.interface != "lo";
+  if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
   open_domain();
   create_endpoints();
 }
@@ -56,6 +58,7 @@ bool Session::is_external(const ProcessPlan& process) const {
 void Session::open_domain() {
   using namespace dds::configuration;
   settings_.tag = options_.run_name;
+  settings_.interface = options_.interface;
   settings_.writer_high_watermark = kWriterMemory;
   if (!options_.external.empty()) settings_.lease_duration = kExternalLease;
   unsigned first = options_.domain >= 0 ? static_cast<unsigned>(options_.domain) : domain_of(options_.run_name);
@@ -70,7 +73,7 @@ void Session::open_domain() {
     settings_.tuned = processes() > kTunedFrom;
   }
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
-  const unsigned attempts = options_.domain >= 0 || placement_.neighbour_discovery ? 1 : 5;   // a domain's ports may be somebody else's
+  const unsigned attempts = options_.domain >= 0 || placement_.neighbour_discovery ? 1 : 5;  // a domain's ports may be somebody else's
   for (unsigned attempt = 0;; ++attempt) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
     try {
@@ -79,7 +82,8 @@ void Session::open_domain() {
       return;
     } catch (const dds::core::Exception& failure) {
       domain_.reset();
-      if (attempt + 1 >= attempts) throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+      if (attempt + 1 >= attempts)
+        throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
     }
   }
 }
@@ -101,14 +105,22 @@ void Session::push(News&& news) {
 
 std::vector<std::string> Session::agent_arguments(std::size_t process) const {
   const ProcessPlan& plan = placement_.processes[process];
-  std::vector<std::string> arguments{"--ids", std::to_string(plan.agents.front().value) + "-" + std::to_string(plan.agents.back().value),
-                                     "--run", options_.run_name, "--domain", std::to_string(domain_number_),
-                                     "--orchestrator-pid", std::to_string(getpid())};
-  const auto port = [&](std::size_t slot) { return ports_->first() + kPortsPerProcess * slot; };   // slot 0: the orchestrator
+  std::vector<std::string> arguments{"--ids",
+                                     std::to_string(plan.agents.front().value) + "-" + std::to_string(plan.agents.back().value),
+                                     "--run",
+                                     options_.run_name,
+                                     "--domain",
+                                     std::to_string(domain_number_),
+                                     "--interface",
+                                     options_.interface,
+                                     "--orchestrator-pid",
+                                     std::to_string(getpid())};
+  const auto port = [&](std::size_t slot) { return ports_->first() + kPortsPerProcess * slot; };  // slot 0: the orchestrator
   if (placement_.neighbour_discovery) {
     std::string listed = std::to_string(port(0));
     for (const std::size_t neighbour : plan.neighbours) listed += "," + std::to_string(port(neighbour + 1));
-    arguments.insert(arguments.end(), {"--discovery", "neighbours", "--port", std::to_string(port(process + 1)), "--neighbour-ports", listed});
+    arguments.insert(arguments.end(),
+                     {"--discovery", "neighbours", "--port", std::to_string(port(process + 1)), "--neighbour-ports", listed});
   } else if (placement_.multicast_data) {
     arguments.insert(arguments.end(), {"--data", "multicast"});
   }
@@ -151,7 +163,8 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
     member.agent = agent;
     member.process = placement_.processes[placement_.process_of[index]].agents.front().value;
     member.initial = experiment_.initial_of(agent, job.seed);
-    if (const auto override = experiment_.overrides.find(agent); override != experiment_.overrides.end()) member.parameters = override->second.parameters;
+    if (const auto override = experiment_.overrides.find(agent); override != experiment_.overrides.end())
+      member.parameters = override->second.parameters;
     member.hears_everyone = hears_everyone(placement_, agent);
     if (!member.hears_everyone) {
       for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
@@ -201,19 +214,27 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
 void Session::handle(wire::Presence&& presence) {
   const auto at = process_by_name_.find(presence.process);
   if (at == process_by_name_.end() || presence.agents != placement_.processes[at->second].agents) {
-    spdlog::warn("a process of host {} (pid {}) says it hosts agents from {} on, which this run does not place so: left alone", presence.host,
-                 presence.pid, presence.process);
+    spdlog::warn("a process of host {} (pid {}) says it hosts agents from {} on, which this run does not place so: left alone",
+                 presence.host, presence.pid, presence.process);
     return;
   }
   ProcessState& state = states_[at->second];
   state.found = true;
   switch (presence.state) {
-    case wire::State::hello: break;
-    case wire::State::ready: state.ready_epoch = presence.epoch; break;
-    case wire::State::status: state.status = std::move(presence); break;
-    case wire::State::failed: throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
+    case wire::State::hello:
+      break;
+    case wire::State::ready:
+      state.ready_epoch = presence.epoch;
+      break;
+    case wire::State::status:
+      state.status = std::move(presence);
+      break;
+    case wire::State::failed:
+      throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_) throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " + std::to_string(presence.round));
+      if (!leaving_)
+        throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " +
+                       std::to_string(presence.round));
       break;
   }
 }
@@ -241,7 +262,7 @@ std::size_t Session::count(const std::function<bool(const ProcessState&)>& which
 
 std::string Session::who_waits() {
   for (ProcessState& state : states_) state.status.reset();
-  leaving_ = true;   // no second deadline or death report from within this one
+  leaving_ = true;  // no second deadline or death report from within this one
   commands_->write({epoch_, wire::Order::status});
   const auto until = Clock::now() + std::chrono::seconds(1);
   const auto silent = [](const ProcessState& state) { return !state.status; };
@@ -255,7 +276,8 @@ std::string Session::who_waits() {
   std::string text;
   for (const ProcessState& state : states_) {
     if (!state.status || state.status->waiting_for.empty()) continue;
-    text += "agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for";
+    text +=
+        "agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for";
     for (const AgentId agent : state.status->waiting_for) text += " " + std::to_string(agent.value);
     text += "; ";
     if (text.size() > 1000) {
@@ -264,8 +286,10 @@ std::string Session::who_waits() {
     }
   }
   const std::string unanswered = names(silent);
-  if (!unanswered.empty()) text += "no answer from " + unanswered;
-  else if (text.empty()) text = "every process answers and none waits for a message";
+  if (!unanswered.empty())
+    text += "no answer from " + unanswered;
+  else if (text.empty())
+    text = "every process answers and none waits for a message";
   return text;
 }
 
@@ -277,7 +301,8 @@ void Session::time_out() {
     throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
   }
   const std::string unready = names([&](const ProcessState& state) { return state.ready_epoch != epoch_; });
-  if (!unready.empty()) throw TimeoutError("deadline of " + std::string(limit) + " passed; these did not meet their neighbours: " + unready);
+  if (!unready.empty())
+    throw TimeoutError("deadline of " + std::string(limit) + " passed; these did not meet their neighbours: " + unready);
   throw TimeoutError("deadline of " + std::string(limit) + " passed; " + who_waits());
 }
 
@@ -286,8 +311,8 @@ wire::Layouts Session::layouts() const {
   const wire::Layouts& first = layouts_.begin()->second;
   for (const auto& [agent, layouts] : layouts_) {
     if (!(layouts.estimate == first.estimate)) {
-      throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent " + std::to_string(first.agent.value) +
-                     "; all agents of a run must have the same dimension");
+      throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent " +
+                     std::to_string(first.agent.value) + "; all agents of a run must have the same dimension");
     }
   }
   return first;
