@@ -35,7 +35,8 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
   members_.reserve(members.size());
   for (const wire::Member& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
-    auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters), Setup{assigned.agent, run.agents, run.dt, assigned.initial});
+    auto protocol =
+        entry.make(run.parameters.overridden_by(assigned.parameters), Setup{assigned.agent, run.agents, run.dt, assigned.initial});
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
@@ -60,8 +61,8 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
 std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<WeightedEdge> edges) const {
   for (const auto& [edge, weight] : edges) {
     if (edge.from.value > agents_ || edge.to.value > agents_) {
-      throw RunError("a grant names an edge " + std::to_string(edge.from.value) + " -> " + std::to_string(edge.to.value) + ", but there are only " +
-                     std::to_string(agents_) + " agents");
+      throw RunError("a grant names an edge " + std::to_string(edge.from.value) + " -> " + std::to_string(edge.to.value) +
+                     ", but there are only " + std::to_string(agents_) + " agents");
     }
   }
   auto topology = std::make_shared<Topology>(Topology{Graph(agents_, edges), {}, {}});
@@ -70,8 +71,10 @@ std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<We
   for (const auto& [edge, weight] : edges) {
     const std::uint32_t sender = member_of_[index_of(edge.from)], receiver = member_of_[index_of(edge.to)];
     if (sender == kNobody) continue;
-    if (receiver == kNobody) topology->heard_elsewhere[sender] = true;
-    else topology->local_listeners[sender].push_back(receiver);
+    if (receiver == kNobody)
+      topology->heard_elsewhere[sender] = true;
+    else
+      topology->local_listeners[sender].push_back(receiver);
   }
   return topology;
 }
@@ -89,10 +92,11 @@ void Lockstep::grant(const wire::Grant& grant) {
   }
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
-  reached_report_ = static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= report_at_; }));
+  reached_report_ =
+      static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= report_at_; }));
   report_due_ = reached_report_ == members_.size();
   for (std::uint32_t index = 0; index < members_.size(); ++index) {
-    members_[index].topology_until = 0;   // the last segment may have ended
+    members_[index].topology_until = 0;  // the last segment may have ended
     ready_.push_back(index);
   }
 }
@@ -106,7 +110,12 @@ void Lockstep::find_topology(Member& member) const {
 
 Sense Lockstep::sense_of(const Member& member) const {
   const Graph& graph = member.topology->graph;
-  return {.k = member.k, .dt = dt_, .in_neighbours = graph.in_neighbours(member.id), .out_degree = graph.out_degree(member.id), .y = {}, .self = member.id};
+  return {.k = member.k,
+          .dt = dt_,
+          .in_neighbours = graph.in_neighbours(member.id),
+          .out_degree = graph.out_degree(member.id),
+          .y = {},
+          .self = member.id};
 }
 
 /// Gives one message to one member; notes when that was the last one its round waited for.

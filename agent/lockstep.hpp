@@ -1,6 +1,6 @@
 #pragma once
-/// The rounds of the agents hosted by one process, in lockstep with their in-neighbours. Knows no transport and no clock: messages and grants
-/// come in by call, messages go out through `Send`. The same rounds as simulate(), in whatever order the messages arrive.
+/// The rounds of the agents hosted by one process, in lockstep with their in-neighbours. Knows no transport and no clock: messages and
+/// grants come in by call, messages go out through `Send`. The same rounds as simulate(), in whatever order the messages arrive.
 
 #include "agent/protocol.hpp"
 #include "core/trace.hpp"
@@ -46,8 +46,8 @@ class Lockstep {
   /// A graph with the members that hear each member of this process, so that local messages need no look-up.
   struct Topology {
     Graph graph;
-    std::vector<std::vector<std::uint32_t>> local_listeners;   // by member
-    std::vector<bool> heard_elsewhere;                         // by member: somebody in another process hears it
+    std::vector<std::vector<std::uint32_t>> local_listeners;  // by member
+    std::vector<bool> heard_elsewhere;                        // by member: somebody in another process hears it
   };
   struct Segment {
     Round first;
@@ -62,9 +62,9 @@ class Lockstep {
     HistoryHash hash;
     AgentCounters counters;
     Round k = 0;
-    bool emitted = false;      // this round's message is out
-    std::size_t missing = 0;   // messages of round k still to come, once emitted
-    std::shared_ptr<const Topology> topology;   // of round k, valid below topology_until
+    bool emitted = false;                      // this round's message is out
+    std::size_t missing = 0;                   // messages of round k still to come, once emitted
+    std::shared_ptr<const Topology> topology;  // of round k, valid below topology_until
     Round topology_until = 0;
   };
 
@@ -81,13 +81,13 @@ class Lockstep {
   Round rounds_, report_interval_;
   Send send_;
   std::vector<Member> members_;
-  std::vector<std::uint32_t> member_of_;                     // agent index -> member, or kNobody
-  std::vector<std::vector<std::uint32_t>> listeners_;        // agent index -> members that may ever hear it
-  std::vector<std::uint32_t> ready_;                         // members that may be able to go on
+  std::vector<std::uint32_t> member_of_;               // agent index -> member, or kNobody
+  std::vector<std::vector<std::uint32_t>> listeners_;  // agent index -> members that may ever hear it
+  std::vector<std::uint32_t> ready_;                   // members that may be able to go on
   std::deque<Segment> segments_;
-  std::vector<std::shared_ptr<const Topology>> graphs_;      // by number; the orchestrator reuses numbers
+  std::vector<std::shared_ptr<const Topology>> graphs_;  // by number; the orchestrator reuses numbers
   Round until_ = 0, report_at_ = 0;
-  std::size_t reached_report_ = 0;                           // members at or beyond report_at_
+  std::size_t reached_report_ = 0;  // members at or beyond report_at_
   bool report_due_ = false;
 };
 

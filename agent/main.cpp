@@ -1,11 +1,11 @@
 #include "agent/node.hpp"
 
-#include <CLI/CLI.hpp>
 #include <pthread.h>
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include <csignal>
 #include <thread>
@@ -48,7 +48,8 @@ std::vector<AgentId> parse_ids(const std::string& text) {
     const std::uint32_t first = number();
     std::uint32_t last = first;
     if (at < text.size() && text[at] == '-') ++at, last = number();
-    if (last < first || last - first >= 100'000) throw ConfigError("--ids " + text + ": " + std::to_string(first) + "-" + std::to_string(last) + " is not a range");
+    if (last < first || last - first >= 100'000)
+      throw ConfigError("--ids " + text + ": " + std::to_string(first) + "-" + std::to_string(last) + " is not a range");
     for (std::uint32_t id = first; id <= last; ++id) ids.insert(id);
     if (at == text.size()) break;
     if (text[at++] != ',') throw ConfigError("--ids " + text + ": expected ids such as 7, 1-25 or 1,4,9-12");
@@ -64,7 +65,7 @@ dds::configuration::Settings settings_of(const Options& options) {
   settings.tag = options.run;
   settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings.tuned = options.tuned;
-  settings.writer_high_watermark = std::size_t{1} << 30;   // a step on the receive thread must never wait for an acknowledgement
+  settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
   if (options.discovery == "neighbours") {
     settings.discovery = dds::configuration::Discovery::neighbours;
@@ -94,16 +95,17 @@ int serve(const Options& options) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);   // before DDS starts its threads, so that they inherit it
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
   const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
   const dds::domain::DomainParticipant participant(domain);
   Node node(participant, {.agents = std::move(agents), .launched = options.orchestrator != 0});
   int caught = 0;
-  std::thread([&node, &caught, signals] {   // detached: it ends with the process
+  std::thread([&node, &caught, signals] {  // detached: it ends with the process
     sigwait(&signals, &caught);
     node.interrupt();
-  }).detach();
+  })
+      .detach();
   node.run();
   return caught == 0 ? static_cast<int>(Exit::ok) : 128 + caught;
 }
@@ -118,10 +120,15 @@ int main(int argc, char** argv) {
   app.add_option("--run", options.run, "name of the run, as `consort run` prints it")->required();
   app.add_option("--domain", options.domain, "DDS domain of the run")->required()->check(CLI::Range(0, 230));
   app.add_option("--interface", options.interface, "network interface (name or address)")->capture_default_str();
-  app.add_option("--discovery", options.discovery, "how processes find each other")->check(CLI::IsMember({"multicast", "neighbours"}))->capture_default_str();
-  app.add_option("--data", options.data, "how messages travel with multicast discovery")->check(CLI::IsMember({"unicast", "multicast"}))->capture_default_str();
+  app.add_option("--discovery", options.discovery, "how processes find each other")
+      ->check(CLI::IsMember({"multicast", "neighbours"}))
+      ->capture_default_str();
+  app.add_option("--data", options.data, "how messages travel with multicast discovery")
+      ->check(CLI::IsMember({"unicast", "multicast"}))
+      ->capture_default_str();
   app.add_option("--port", options.port, "neighbours discovery: own UDP port")->check(CLI::Range(1024, 65000));
-  app.add_option("--neighbour-ports", options.neighbour_ports, "neighbours discovery: UDP ports on this host to announce to, comma separated");
+  app.add_option("--neighbour-ports", options.neighbour_ports,
+                 "neighbours discovery: UDP ports on this host to announce to, comma separated");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
   app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");
   try {

@@ -38,7 +38,7 @@ void Node::guarded(Work&& work) {
   const Lock lock(mutex_);
   try {
     work();
-  } catch (...) {   // must not cross DDS's C code: the main thread rethrows it
+  } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
     if (!failure_) failure_ = std::current_exception();
     wake_.notify_one();
   }
@@ -83,9 +83,15 @@ void Node::on_information(wire::InformationReader::Burst& burst) {
 void Node::on_command(wire::Command&& command) {
   guarded([&] {
     switch (command.order) {
-      case wire::Order::status: status_asked_ = true; break;
-      case wire::Order::finish: finish_ = finish_ || command.epoch == epoch_; break;
-      case wire::Order::shutdown: shutdown_ = true; break;
+      case wire::Order::status:
+        status_asked_ = true;
+        break;
+      case wire::Order::finish:
+        finish_ = finish_ || command.epoch == epoch_;
+        break;
+      case wire::Order::shutdown:
+        shutdown_ = true;
+        break;
     }
     wake_.notify_one();
   });
@@ -152,14 +158,16 @@ void Node::begin_run(Lock& lock) {
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
   const std::uint32_t process = options_.agents.front().value;
-  const bool placed_here = std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) { return member.process == process; });
+  const bool placed_here =
+      std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) { return member.process == process; });
   if (members_.size() != options_.agents.size() || !placed_here) {
     throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
   std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
-  lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_, [this](std::size_t member, Round round, std::span<const double> payload) {
-    if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
-  });
+  lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_,
+                                         [this](std::size_t member, Round round, std::span<const double> payload) {
+                                           if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
+                                         });
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
@@ -204,7 +212,7 @@ void Node::meet_neighbours(Lock& lock) {
   }
   const bool wildcard = everyone && reader == 0 && wanted.size() + options_.agents.size() == agents;
 
-  lock.unlock();   // creating endpoints calls back
+  lock.unlock();  // creating endpoints calls back
   std::vector<std::pair<AgentId, wire::InformationWriter>> created;
   for (const auto& [member, agent] : new_writers) {
     created.emplace_back(agent, wire::InformationWriter(participant_, agent, [this, id = agent](std::size_t n) {

@@ -1,6 +1,6 @@
 #pragma once
-/// The agent process on DDS: meets the orchestrator and its neighbours, then drives the rounds of the agents it hosts. The step runs where the
-/// last missing message arrives (DDS's receive thread); the main thread sends telemetry and answers commands, off the critical path.
+/// The agent process on DDS: meets the orchestrator and its neighbours, then drives the rounds of the agents it hosts. The step runs where
+/// the last missing message arrives (DDS's receive thread); the main thread sends telemetry and answers commands, off the critical path.
 
 #include "agent/lockstep.hpp"
 #include "core/errors.hpp"
@@ -15,8 +15,8 @@
 namespace consort {
 
 struct NodeOptions {
-  std::vector<AgentId> agents;        ///< hosted here, ascending
-  bool launched = false;              ///< by an orchestrator on this host, whose death is noticed by other means than DDS
+  std::vector<AgentId> agents;  ///< hosted here, ascending
+  bool launched = false;        ///< by an orchestrator on this host, whose death is noticed by other means than DDS
 };
 
 class Node {
@@ -24,8 +24,8 @@ class Node {
   Node(const dds::domain::DomainParticipant& participant, NodeOptions options);
   ~Node();
 
-  /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if an
-  /// assignment cannot be carried out (the orchestrator has been told by then).
+  /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
+  /// an assignment cannot be carried out (the orchestrator has been told by then).
   void run();
 
   /// Ends run() from a signal handler's thread.
@@ -41,7 +41,7 @@ class Node {
   void on_orchestrator(std::size_t writers);
   void on_information(wire::InformationReader::Burst& burst);
   template <class Work>
-  void guarded(Work&& work);   // runs under the lock; a failure is kept for the main thread
+  void guarded(Work&& work);  // runs under the lock; a failure is kept for the main thread
 
   // Called on the main thread.
   void serve(Lock& lock);
@@ -55,29 +55,29 @@ class Node {
   NodeOptions options_;
   std::string host_;
 
-  std::mutex mutex_;                    // guards everything below
+  std::mutex mutex_;  // guards everything below
   std::condition_variable wake_;
   std::exception_ptr failure_;
-  std::map<std::uint32_t, wire::Assignment> parts_;   // of the newest epoch, by part
+  std::map<std::uint32_t, wire::Assignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
   std::optional<std::uint32_t> epoch_;  // of the run being served
   std::vector<wire::Member> members_;
   std::unique_ptr<Lockstep> lockstep_;
-  bool assigned_ = false;               // a complete assignment waits
+  bool assigned_ = false;  // a complete assignment waits
   bool ready_said_ = false;
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false;
   std::size_t orchestrator_writers_ = 0;
   bool orchestrator_lost_ = false;
 
-  std::map<AgentId, std::size_t> readers_of_;          // matched reader processes, by hosted agent that is heard elsewhere
-  std::vector<AgentId> heard_remotely_;                // remote agents whose Information is subscribed, ascending
-  std::vector<std::size_t> writers_matched_;           // by Information reader
+  std::map<AgentId, std::size_t> readers_of_;  // matched reader processes, by hosted agent that is heard elsewhere
+  std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending
+  std::vector<std::size_t> writers_matched_;   // by Information reader
 
   wire::Writer<wire::Presence> presence_;
   wire::Writer<wire::Layouts> layouts_;
   wire::Writer<wire::Telemetry> telemetry_;
   std::map<AgentId, wire::InformationWriter> information_;
-  std::vector<wire::InformationWriter*> outlet_;       // by member; null where nobody elsewhere may hear it
+  std::vector<wire::InformationWriter*> outlet_;  // by member; null where nobody elsewhere may hear it
   std::vector<wire::InformationReader> information_readers_;
   wire::Reader<wire::Assignment> assignments_;
   wire::Reader<wire::Grant> grants_;

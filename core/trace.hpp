@@ -33,6 +33,13 @@ struct AgentCounters {
   std::uint64_t lost = 0;       ///< messages the link model dropped
 };
 
+/// What one in-link of one agent did, over the rounds that agent ran.
+struct LinkTotals {
+  Edge edge;
+  std::uint64_t delivered = 0, lost = 0;
+  auto operator<=>(const LinkTotals&) const = default;
+};
+
 /// All agents at the beginning of round k (k = 0: the initial estimates), in agent order.
 struct RoundReport {
   Round k = 0;
@@ -51,6 +58,7 @@ struct Trace {
   Round last_round = 0;           ///< rounds executed
   bool converged = false;         ///< the stop rule's convergence held
   AgentCounters totals;
+  std::vector<LinkTotals> links;  ///< links that carried anything, ascending by edge
 
   void add(const RoundReport& report);  ///< appends; recomputes hash, totals, last_round
   [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {

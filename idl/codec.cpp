@@ -56,7 +56,8 @@ Sequence ids(const std::vector<AgentId>& agents, Arena& arena) {
 
 template <std::size_t Size>
 void put(char (&field)[Size], std::string_view text, const char* what) {
-  if (text.size() >= Size) throw ConfigError(std::string(what) + " '" + std::string(text) + "' is longer than " + std::to_string(Size - 1) + " characters");
+  if (text.size() >= Size)
+    throw ConfigError(std::string(what) + " '" + std::string(text) + "' is longer than " + std::to_string(Size - 1) + " characters");
   std::memcpy(field, text.data(), text.size());
   field[text.size()] = '\0';
 }
@@ -177,7 +178,7 @@ std::vector<AgentId> agent_ids(const Sequence& sequence, const char* field) {
   out.reserve(sequence._length);
   for (const std::uint32_t value : view(sequence)) {
     out.push_back(agent_id(value, field));
-    require(out.size() < 2 || out[out.size() - 2] < out.back(), field);   // ascending
+    require(out.size() < 2 || out[out.size() - 2] < out.back(), field);  // ascending
   }
   return out;
 }
@@ -316,7 +317,8 @@ Assignment decode(const consort_wire_Assignment& in) {
   for (const auto& entry : view(in.members)) {
     out.members.push_back(member(entry));
     const auto& added = out.members.back();
-    require(added.agent.value <= in.agents && (added.in_neighbours.empty() || added.in_neighbours.back().value <= in.agents), "member.agent");
+    require(added.agent.value <= in.agents && (added.in_neighbours.empty() || added.in_neighbours.back().value <= in.agents),
+            "member.agent");
   }
   return out;
 }

@@ -32,6 +32,6 @@ Command decode(const consort_wire_Command&);
 Layouts decode(const consort_wire_Layout&);
 Presence decode(const consort_wire_Presence&);
 Telemetry decode(const consort_wire_Telemetry&);
-Information decode(const consort_wire_Information&);   ///< a view of the sample's memory
+Information decode(const consort_wire_Information&);  ///< a view of the sample's memory
 
 }  // namespace consort::wire

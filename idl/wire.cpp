@@ -23,8 +23,8 @@ using dds::core::policy::IgnoreLocal;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
-/// What a topic is called, how it is typed, and whether late readers get what was last written. Everything is reliable and keep-all: nothing
-/// that steers or records a run may be lost. The high watermark of dds::configuration keeps writes from blocking.
+/// What a topic is called, how it is typed, and whether late readers get what was last written. Everything is reliable and keep-all:
+/// nothing that steers or records a run may be lost. The high watermark of dds::configuration keeps writes from blocking.
 template <class T>
 struct TopicOf;
 template <>
@@ -65,7 +65,8 @@ struct TopicOf<Telemetry> {
 };
 constexpr const char* kInformationTopic = "consort_information";
 
-constexpr Duration kWriteLimit = Duration::from_millisecs(10'000);   // reached only if the high watermark is: then it is an error, not a wait
+constexpr Duration kWriteLimit =
+    Duration::from_millisecs(10'000);  // reached only if the high watermark is: then it is an error, not a wait
 
 template <class Qos>
 Qos steering_qos(bool for_late_readers) {
@@ -121,7 +122,8 @@ struct Reader<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
   Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
       : reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<T>::for_late_readers), listener(std::move(on_data), std::move(on_matched))) {}
+               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<T>::for_late_readers),
+               listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
@@ -131,7 +133,9 @@ struct Reader<T>::Impl {
       }
     };
     if (on_matched) {
-      result.on_subscription_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) { on_matched(status.current_count()); };
+      result.on_subscription_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
+        on_matched(status.current_count());
+      };
     }
     return result;
   }
@@ -149,7 +153,8 @@ struct Reader<T>::Impl {
 };
 
 template <class T>
-Reader<T>::Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
+Reader<T>::Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+                  std::function<void(std::size_t)> on_matched)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_matched))) {}
 template <class T>
 Reader<T>::~Reader() = default;
@@ -181,12 +186,15 @@ struct InformationWriter::Impl {
       : agent(sender),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
                dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(),
-               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) { on_matched(status.current_count()); }}) {}
+               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
+                 on_matched(status.current_count());
+               }}) {}
   AgentId agent;
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched)
+InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent,
+                                     std::function<void(std::size_t)> on_matched)
     : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched))) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
@@ -229,7 +237,7 @@ struct InformationReader::Burst::Impl {
   std::atomic<std::uint64_t> rejected{0};
   dds::sub::SampleBatch<Wire, kBatch> batch;
   dds::sub::SampleBatch<Wire, kBatch>::iterator next = batch.end();
-  dds::sub::DataReader<Wire>* source = nullptr;   // set while a burst is being read
+  dds::sub::DataReader<Wire>* source = nullptr;  // set while a burst is being read
   dds::sub::DataReader<Wire> reader;
 };
 
@@ -256,7 +264,8 @@ struct InformationReader::Impl : Burst::Impl {
   using Burst::Impl::Impl;
 };
 
-InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks)
+InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+                                     Callbacks callbacks)
     : impl_(std::make_unique<Impl>(participant, senders, std::move(callbacks))) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;

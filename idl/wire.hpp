@@ -19,13 +19,13 @@ namespace consort::wire {
 /// What one agent is told at the start of a run.
 struct Member {
   AgentId agent;
-  std::uint32_t process = 0;          ///< lowest id among the agents hosted together with it
+  std::uint32_t process = 0;  ///< lowest id among the agents hosted together with it
   Values initial;
-  Values parameters;                  ///< on top of the common ones
-  bool hears_everyone = false;        ///< every other agent may be an in-neighbour
-  std::vector<AgentId> in_neighbours; ///< else: everyone who may ever be one, ascending
-  std::uint32_t remote_readers = 0;   ///< processes other than its own in which somebody may hear it
-  LinkModel links;                    ///< only `overrides` travels: exceptions among its in-links
+  Values parameters;                   ///< on top of the common ones
+  bool hears_everyone = false;         ///< every other agent may be an in-neighbour
+  std::vector<AgentId> in_neighbours;  ///< else: everyone who may ever be one, ascending
+  std::uint32_t remote_readers = 0;    ///< processes other than its own in which somebody may hear it
+  LinkModel links;                     ///< only `overrides` travels: exceptions among its in-links
 };
 
 /// One part of a run's assignment; part p of `parts` holds some of the members.
@@ -121,11 +121,13 @@ class Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers are matched.
+/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers are
+/// matched.
 template <class T>
 class Reader {
  public:
-  Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched = {});
+  Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+         std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
   [[nodiscard]] std::uint64_t rejected() const;
@@ -148,7 +150,8 @@ class InformationWriter {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The Information of some agents (of all, if `senders` is empty), handed over in bursts on a receive thread. No allocation in steady state.
+/// The Information of some agents (of all, if `senders` is empty), handed over in bursts on a receive thread. No allocation in steady
+/// state.
 class InformationReader {
  public:
   /// The samples that are here now; to be drained before the callback returns.
@@ -165,7 +168,7 @@ class InformationReader {
   };
   struct Callbacks {
     std::function<void(Burst&)> on_burst;
-    std::function<void(std::size_t)> on_matched;   ///< now n writers (agents) are matched
+    std::function<void(std::size_t)> on_matched;  ///< now n writers (agents) are matched
   };
   InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks);
   ~InformationReader();

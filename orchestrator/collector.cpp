@@ -7,7 +7,9 @@ namespace consort {
 Collector::Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval)
     : agents_(agents), dimension_(dimension), rounds_(rounds), interval_(report_interval) {}
 
-Round Collector::round_of(std::size_t number) const { return static_cast<Round>(std::min<std::uint64_t>(std::uint64_t{number} * interval_, rounds_)); }
+Round Collector::round_of(std::size_t number) const {
+  return static_cast<Round>(std::min<std::uint64_t>(std::uint64_t{number} * interval_, rounds_));
+}
 
 void Collector::add(const wire::MemberReport& report) {
   const std::size_t agent = index_of(report.agent);
@@ -23,8 +25,8 @@ void Collector::add(const wire::MemberReport& report) {
     }
     while (rows_.size() <= number - first_) {
       if (spare_.empty()) {
-        rows_.push_back({std::vector<double>(agents_ * dimension_), std::vector<std::uint64_t>(agents_), std::vector<AgentCounters>(agents_),
-                         std::vector<bool>(agents_), 0});
+        rows_.push_back({std::vector<double>(agents_ * dimension_), std::vector<std::uint64_t>(agents_),
+                         std::vector<AgentCounters>(agents_), std::vector<bool>(agents_), 0});
       } else {
         rows_.push_back(std::move(spare_.back()));
         spare_.pop_back();

@@ -37,9 +37,9 @@ class Collector {
 
   std::size_t agents_, dimension_;
   Round rounds_, interval_;
-  std::size_t first_ = 0;    // number of rows_.front()
+  std::size_t first_ = 0;  // number of rows_.front()
   std::deque<Row> rows_;
-  std::vector<Row> spare_;   // rows to use again
+  std::vector<Row> spare_;  // rows to use again
   std::uint64_t left_out_ = 0;
 };
 

@@ -64,7 +64,7 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) throw RunError("cannot start " + name + ": fork: " + std::strerror(errno) + "; `consort doctor` checks the limits");
-  if (pid == 0) {   // only async-signal-safe calls from here on
+  if (pid == 0) {  // only async-signal-safe calls from here on
     setpgid(0, group_);
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(127);
@@ -78,7 +78,7 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
     _exit(127);
   }
   if (group_ == 0) group_ = pid;
-  setpgid(pid, group_);   // on both sides: whoever comes first
+  setpgid(pid, group_);  // on both sides: whoever comes first
   children_.push_back({name, pid});
   ++alive_;
 }
@@ -127,8 +127,8 @@ Children::~Children() {
 
 namespace {
 
-constexpr std::uint16_t kFirstPort = 10'240;   // below are well-known services, from 32768 on the kernel's own ephemeral ports
-constexpr std::size_t kUnit = 256;             // ports one lock file stands for
+constexpr std::uint16_t kFirstPort = 10'240;  // below are well-known services, from 32768 on the kernel's own ephemeral ports
+constexpr std::size_t kUnit = 256;            // ports one lock file stands for
 constexpr std::size_t kUnits = (32'768 - kFirstPort) / kUnit;
 constexpr const char* kLockDirectory = "/tmp/consort-ports";
 
@@ -162,7 +162,7 @@ bool PortBlock::reserve(std::size_t unit, std::size_t units, std::size_t ports) 
 }
 
 void PortBlock::release() {
-  for (const int lock : locks_) close(lock);   // closing gives the lock back; the file stays, an unlink would race with another's open
+  for (const int lock : locks_) close(lock);  // closing gives the lock back; the file stays, an unlink would race with another's open
   locks_.clear();
 }
 

@@ -13,26 +13,26 @@ namespace consort {
 
 /// How one child ended.
 struct Death {
-  std::string name;           ///< as given to start()
+  std::string name;  ///< as given to start()
   pid_t pid = 0;
-  int signal = 0;             ///< 0: it exited
+  int signal = 0;  ///< 0: it exited
   int exit_code = 0;
-  std::string log_tail;       ///< last lines of its log
-  [[nodiscard]] std::string text() const;   ///< one paragraph for a person
+  std::string log_tail;                    ///< last lines of its log
+  [[nodiscard]] std::string text() const;  ///< one paragraph for a person
 };
 
 class Children {
  public:
   explicit Children(std::filesystem::path log_directory) : log_directory_(std::move(log_directory)) {}
-  ~Children();   ///< ends whoever is left: SIGTERM, then SIGKILL after a second
+  ~Children();  ///< ends whoever is left: SIGTERM, then SIGKILL after a second
   Children(const Children&) = delete;
   Children& operator=(const Children&) = delete;
 
-  /// Starts `executable arguments...` with stdout and stderr in <log directory>/<name>.log. The child dies with the calling thread's process.
-  /// Throws RunError naming the executable and the reason.
+  /// Starts `executable arguments...` with stdout and stderr in <log directory>/<name>.log. The child dies with the calling thread's
+  /// process. Throws RunError naming the executable and the reason.
   void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments);
 
-  std::optional<Death> next_death();             ///< somebody who ended since the last call; never blocks
+  std::optional<Death> next_death();  ///< somebody who ended since the last call; never blocks
   [[nodiscard]] std::size_t alive() const { return alive_; }
   /// Waits until all have ended by themselves or `seconds` have passed; true if all have.
   bool wait_all(double seconds);

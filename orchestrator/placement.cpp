@@ -46,15 +46,23 @@ Placement place(const Experiment& experiment) {
   const double others = static_cast<double>(processes) - 1.0;
   const bool sparse = static_cast<double>(met) < kDense * others * static_cast<double>(processes);
   switch (experiment.discovery) {
-    case Discovery::multicast: placement.neighbour_discovery = false; break;
-    case Discovery::neighbours: placement.neighbour_discovery = true; break;
-    case Discovery::automatic: placement.neighbour_discovery = processes > kSmall && sparse; break;
+    case Discovery::multicast:
+      placement.neighbour_discovery = false;
+      break;
+    case Discovery::neighbours:
+      placement.neighbour_discovery = true;
+      break;
+    case Discovery::automatic:
+      placement.neighbour_discovery = processes > kSmall && sparse;
+      break;
   }
   placement.multicast_data = !placement.neighbour_discovery && processes > 3 && senders > 0 &&
                              static_cast<double>(reader_count) >= kDense * others * static_cast<double>(senders);
   return placement;
 }
 
-bool hears_everyone(const Placement& placement, AgentId agent) { return placement.support.in_degree(agent) + 1 == placement.support.agents(); }
+bool hears_everyone(const Placement& placement, AgentId agent) {
+  return placement.support.in_degree(agent) + 1 == placement.support.agents();
+}
 
 }  // namespace consort

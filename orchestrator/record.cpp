@@ -357,7 +357,7 @@ void Record::end_run(const JobOutcome& outcome) {
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
   impl_->hand_over(
-      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), outcome.links});
+      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), trace.links});
 }
 
 void Record::flush() {

@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "idl/wire.hpp"
 #include "orchestrator/collector.hpp"
+#include "orchestrator/event_teller.hpp"
 #include "orchestrator/launch.hpp"
 #include "orchestrator/placement.hpp"
 #include "orchestrator/session.hpp"
@@ -19,10 +20,10 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-constexpr double kFirstGrantRounds = 64;    // before the speed is known
-constexpr double kGrantSeconds = 0.25;      // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
+constexpr double kFirstGrantRounds = 64;  // before the speed is known
+constexpr double kGrantSeconds = 0.25;    // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
 constexpr Round kLargestHalf = 16'384;
-constexpr double kStallSeconds = 5.0;       // silence after which the agents are asked whom they wait for
+constexpr double kStallSeconds = 5.0;  // silence after which the agents are asked whom they wait for
 
 Round round_up(double rounds, Round multiple) {
   const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalf)));
@@ -58,7 +59,8 @@ class JobRun {
         observer_(observer),
         schedule_(experiment.schedule(job.seed)),
         interval_(experiment.report_interval()),
-        stop_(experiment.rounds, experiment.convergence) {}
+        stop_(experiment.rounds, experiment.convergence),
+        teller_(experiment, job_, observer) {}
 
   JobOutcome run() {
     const wire::Layouts layouts = session_.layouts();
@@ -75,8 +77,8 @@ class JobRun {
       if (session_.interrupted()) break;
       notice_stall();
     }
-    JobOutcome outcome{job_, {}, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
-    finish(outcome);
+    JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
+    finish();
     trace_.converged = stop_.converged();
     outcome.trace = std::move(trace_);
     return outcome;
@@ -89,12 +91,15 @@ class JobRun {
     const Round half = round_up(reached == 0 ? kFirstGrantRounds : std::min(speed * kGrantSeconds, 4.0 * half_), interval_);
     half_ = half;
     const auto bounded = [&](std::uint64_t k) { return static_cast<Round>(std::min<std::uint64_t>(k, experiment_.rounds)); };
-    wire::Grant grant{epoch_, std::max(granted_, bounded(std::uint64_t{reached} + 2 * std::uint64_t{half})), bounded(std::uint64_t{reached} + half), {}};
+    wire::Grant grant{
+        epoch_, std::max(granted_, bounded(std::uint64_t{reached} + 2 * std::uint64_t{half})), bounded(std::uint64_t{reached} + half), {}};
     while (stated_until_ < grant.until) {
       const Schedule::Segment segment = schedule_.segment(stated_until_);
       grant.segments.push_back(graphs_.segment(stated_until_, segment.graph));
-      if (segment.last >= experiment_.rounds) stated_until_ = experiment_.rounds;
-      else stated_until_ = segment.last + 1;
+      if (segment.last >= experiment_.rounds)
+        stated_until_ = experiment_.rounds;
+      else
+        stated_until_ = segment.last + 1;
     }
     granted_ = grant.until;
     report_at_ = grant.report_at;
@@ -108,7 +113,7 @@ class JobRun {
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;
       trace_.add(report);
-      observer_.report(job_, report);
+      teller_.report(report);
       over_ = stop_.ends(report, trace_.agents, trace_.dimension);
       reached = report.k;
       last_news_ = Clock::now();
@@ -126,7 +131,7 @@ class JobRun {
   }
 
   /// Ends the epoch: the agents report their links and are free for the next job.
-  void finish(JobOutcome& outcome) {
+  void finish() {
     session_.commands().write({epoch_, wire::Order::finish});
     std::size_t last = 0;
     const auto begin = Clock::now();
@@ -134,10 +139,10 @@ class JobRun {
       session_.step([&](wire::Telemetry&& telemetry) {
         if (telemetry.epoch != epoch_ || !telemetry.last) return;
         ++last;
-        for (const wire::LinkReport& link : telemetry.links) outcome.links.push_back({link.edge, link.delivered, link.lost});
+        for (const wire::LinkReport& link : telemetry.links) trace_.links.push_back({link.edge, link.delivered, link.lost});
       });
     }
-    std::sort(outcome.links.begin(), outcome.links.end(), [](const LinkTotals& a, const LinkTotals& b) { return a.edge < b.edge; });
+    std::sort(trace_.links.begin(), trace_.links.end());
   }
 
   const Experiment& experiment_;
@@ -148,6 +153,7 @@ class JobRun {
   Schedule schedule_;
   Round interval_;
   StopRule stop_;
+  EventTeller teller_;
   Trace trace_;
   std::optional<Collector> collector_;
   GraphNumbers graphs_;

@@ -50,7 +50,7 @@ class Session {
     bool external = false;
     bool found = false;
     std::uint32_t ready_epoch = 0;
-    std::optional<wire::Presence> status;   // answer to the newest status command
+    std::optional<wire::Presence> status;  // answer to the newest status command
   };
 
   void open_domain();
@@ -70,15 +70,15 @@ class Session {
   Placement placement_;
   std::chrono::steady_clock::time_point deadline_;
   std::optional<PortBlock> ports_;
-  dds::configuration::Settings settings_;   // the orchestrator's own
+  dds::configuration::Settings settings_;  // the orchestrator's own
   std::uint32_t domain_number_ = 0;
-  std::map<std::uint32_t, std::size_t> process_by_name_;   // lowest agent id -> index
+  std::map<std::uint32_t, std::size_t> process_by_name_;  // lowest agent id -> index
   std::vector<ProcessState> states_;
   std::uint32_t epoch_ = 0;
   std::map<AgentId, wire::Layouts> layouts_;
   bool leaving_ = false;
 
-  std::mutex mutex_;                     // guards news_
+  std::mutex mutex_;  // guards news_
   std::condition_variable arrived_;
   std::deque<News> news_;
 
@@ -90,7 +90,7 @@ class Session {
   std::optional<wire::Reader<wire::Presence>> presence_;
   std::optional<wire::Reader<wire::Layouts>> layout_reader_;
   std::optional<wire::Reader<wire::Telemetry>> telemetry_;
-  std::optional<Children> children_;     // last: ends first
+  std::optional<Children> children_;  // last: ends first
 };
 
 }  // namespace consort

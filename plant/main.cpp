@@ -5,9 +5,10 @@
 #include <cstdio>
 
 int main(int argc, char** argv) {
-  CLI::App app("The plant process of a Consort run: the physics between actuation and measurement. The protocols of this version exchange\n"
-               "information only, so no experiment starts it yet; `consort list protocols` says what each needs.",
-               "consort-plant");
+  CLI::App app(
+      "The plant process of a Consort run: the physics between actuation and measurement. The protocols of this version exchange\n"
+      "information only, so no experiment starts it yet; `consort list protocols` says what each needs.",
+      "consort-plant");
   app.set_version_flag("--version", CONSORT_VERSION);
   try {
     app.parse(argc, argv);

@@ -3,6 +3,7 @@
 #include "agent/registry.hpp"
 #include "core/mailbox.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace consort {
@@ -15,6 +16,7 @@ class World {
   void advance(Round k);  ///< from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
   [[nodiscard]] Trace empty_trace() const;
+  [[nodiscard]] std::vector<LinkTotals> links() const;
 
  private:
   void note_estimate(std::size_t i);
@@ -104,6 +106,18 @@ Trace World::empty_trace() const {
   return trace;
 }
 
+std::vector<LinkTotals> World::links() const {
+  std::vector<LinkTotals> links;
+  for (std::size_t i = 0; i < mailboxes_.size(); ++i) {
+    for (const AgentId from : mailboxes_[i].senders()) {
+      const LinkCounters counters = mailboxes_[i].counters(from);
+      if (counters.delivered + counters.lost > 0) links.push_back({{from, agent_at(i)}, counters.delivered, counters.lost});
+    }
+  }
+  std::sort(links.begin(), links.end());
+  return links;
+}
+
 }  // namespace
 
 Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
@@ -122,6 +136,7 @@ Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, See
     world.advance(k);
   }
   trace.converged = stop.converged();
+  trace.links = world.links();
   return trace;
 }
 

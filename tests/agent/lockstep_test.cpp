@@ -40,7 +40,8 @@ Experiment experiment_of(std::size_t agents, Round rounds, const std::string& pr
 /// Several Lockstep objects that exchange messages through a bag from which any message may come next, twice now and then.
 class Shuffled {
  public:
-  Shuffled(const Experiment& experiment, std::size_t per_process, Seed order) : experiment_(experiment), draws_(order.stream(Purpose("shuffle"))) {
+  Shuffled(const Experiment& experiment, std::size_t per_process, Seed order)
+      : experiment_(experiment), draws_(order.stream(Purpose("shuffle"))) {
     const Graph support = experiment.schedule(experiment.seed).support(experiment.rounds);
     wire::Assignment run;
     run.epoch = 1;
@@ -65,9 +66,10 @@ class Shuffled {
         }
         members.push_back(std::move(member));
       }
-      processes_.push_back(std::make_unique<Lockstep>(run, members, [this, first](std::size_t member, Round round, std::span<const double> payload) {
-        bag_.push_back({agent_at(first + member), round, {payload.begin(), payload.end()}});
-      }));
+      processes_.push_back(
+          std::make_unique<Lockstep>(run, members, [this, first](std::size_t member, Round round, std::span<const double> payload) {
+            bag_.push_back({agent_at(first + member), round, {payload.begin(), payload.end()}});
+          }));
     }
   }
 
@@ -104,7 +106,7 @@ class Shuffled {
     while (!bag_.empty()) {
       const std::size_t pick = draws_.below(bag_.size());
       const Message message = bag_[pick];
-      if (draws_.below(4) != 0) {   // else it stays and comes again
+      if (draws_.below(4) != 0) {  // else it stays and comes again
         bag_[pick] = std::move(bag_.back());
         bag_.pop_back();
       }

@@ -23,12 +23,11 @@ using dds::topic::Topic;
 
 template <class T>
 struct Exchange {
-  Exchange(Side& from, Side& to, const DataReaderQos& reader_qos = DataReaderQos() << Reliability::Reliable() << History::KeepAll(),
-           const DataWriterQos& writer_qos = DataWriterQos() << Reliability::Reliable() << History::KeepAll())
+  Exchange(Side& from, Side& to)
       : out(from.participant, "exchange"),
         in(to.participant, "exchange"),
-        writer(Publisher(from.participant), out, writer_qos),
-        reader(Subscriber(to.participant), in, reader_qos) {}
+        writer(Publisher(from.participant), out, lossless_writer()),
+        reader(Subscriber(to.participant), in, lossless_reader()) {}
   bool matched() { return matches(writer, 1) && matches(reader, 1); }
   Topic<T> out, in;
   DataWriter<T> writer;
@@ -146,12 +145,10 @@ TEST_F(Samples, ComeInBatchesThatSayWhetherMoreIsThere) {
 
 TEST_F(Samples, ReachOnlyThePartitionsTheyAreFor) {
   Topic<ping_Ball> out(here.participant, "parted"), in(there.participant, "parted");
-  const auto reliable = DataWriterQos() << Reliability::Reliable() << History::KeepAll();
-  DataWriter<ping_Ball> red(Publisher(here.participant, PublisherQos() << Partition("red")), out, reliable);
-  DataWriter<ping_Ball> blue(Publisher(here.participant, PublisherQos() << Partition("blue")), out, reliable);
-  DataWriter<ping_Ball> green(Publisher(here.participant, PublisherQos() << Partition("green")), out, reliable);
-  DataReader<ping_Ball> reader(Subscriber(there.participant, SubscriberQos() << Partition({"red", "blue"})), in,
-                               DataReaderQos() << Reliability::Reliable() << History::KeepAll());
+  DataWriter<ping_Ball> red(Publisher(here.participant, PublisherQos() << Partition("red")), out, lossless_writer());
+  DataWriter<ping_Ball> blue(Publisher(here.participant, PublisherQos() << Partition("blue")), out, lossless_writer());
+  DataWriter<ping_Ball> green(Publisher(here.participant, PublisherQos() << Partition("green")), out, lossless_writer());
+  DataReader<ping_Ball> reader(Subscriber(there.participant, SubscriberQos() << Partition({"red", "blue"})), in, lossless_reader());
   ASSERT_TRUE(matches(reader, 2));
   ASSERT_TRUE(matches(red, 1));
   ASSERT_TRUE(matches(blue, 1));
@@ -211,9 +208,8 @@ TEST_F(Samples, ReachTheListenerOnTheReceiveThread) {
     const std::lock_guard lock(mutex);
     matched += status.current_count_change();
   };
-  DataReader<ping_Ball> reader(Subscriber(there.participant), in, DataReaderQos() << Reliability::Reliable() << History::KeepAll(),
-                               listener);
-  DataWriter<ping_Ball> writer(Publisher(here.participant), out, DataWriterQos() << Reliability::Reliable() << History::KeepAll());
+  DataReader<ping_Ball> reader(Subscriber(there.participant), in, lossless_reader(), listener);
+  DataWriter<ping_Ball> writer(Publisher(here.participant), out, lossless_writer());
   ASSERT_TRUE(matches(writer, 1));
   for (std::uint32_t i = 0; i < 10; ++i) writer.write({i, 0.0});
   std::unique_lock lock(mutex);

@@ -75,6 +75,18 @@ bool matches(dds::sub::DataReader<T>& reader, std::uint32_t writers) {
                  [&] { return reader.subscription_matched_status().current_count() == writers; });
 }
 
+/// For tests that count every sample. Cyclone reports a match just before it connects the two, and a volatile reader, reliable or not, may
+/// miss what is written in between; a transient-local one gets it.
+inline dds::sub::qos::DataReaderQos lossless_reader() {
+  using namespace dds::core::policy;
+  return dds::sub::qos::DataReaderQos() << Reliability::Reliable() << Durability::TransientLocal() << History::KeepAll();
+}
+inline dds::pub::qos::DataWriterQos lossless_writer() {
+  using namespace dds::core::policy;
+  return dds::pub::qos::DataWriterQos() << Reliability::Reliable() << Durability::TransientLocal() << History::KeepAll()
+                                        << DurabilityService{.history = History::KeepAll()};
+}
+
 /// Takes the next valid sample, waiting for it.
 template <class T>
 bool next(dds::sub::DataReader<T>& reader, T& sample, dds::sub::SampleInfo& info) {

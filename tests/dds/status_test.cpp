@@ -23,7 +23,7 @@ struct Statuses : TwoSides {
 
 TEST_F(Statuses, CountMatchesAndTheirEnd) {
   DataWriter<ping_Ball> writer(Publisher(here.participant), out);
-  std::optional<DataReader<ping_Ball>> first(std::in_place, Subscriber(there.participant), in);
+  auto first = std::make_unique<DataReader<ping_Ball>>(Subscriber(there.participant), in);
   DataReader<ping_Ball> second(Subscriber(there.participant), in);
   ASSERT_TRUE(matches(writer, 2));
   ASSERT_TRUE(matches(second, 1));
@@ -39,9 +39,8 @@ TEST_F(Statuses, CountMatchesAndTheirEnd) {
 }
 
 TEST_F(Statuses, ThatNobodyHandlesTriggerNothing) {
-  DataWriter<ping_Ball> writer(Publisher(here.participant), out);
-  // Reliable: the writer may know of the reader before the reader knows of the writer.
-  DataReader<ping_Ball> reader(Subscriber(there.participant), in, DataReaderQos() << Reliability::Reliable());
+  DataWriter<ping_Ball> writer(Publisher(here.participant), out, lossless_writer());
+  DataReader<ping_Ball> reader(Subscriber(there.participant), in, lossless_reader());
   dds::core::cond::StatusCondition status(reader);
   dds::core::cond::WaitSet set;
   set.attach_condition(status);
@@ -106,8 +105,8 @@ TEST_F(Statuses, ADeadlineMissedIsReported) {
   listener.on_requested_deadline_missed = [&](DataReader<ping_Ball>&, const dds::core::status::RequestedDeadlineMissedStatus&) {
     missed.give();
   };
-  DataReader<ping_Ball> reader(Subscriber(there.participant), in, DataReaderQos() << Deadline{50ms}, listener);
-  DataWriter<ping_Ball> writer(Publisher(here.participant), out, DataWriterQos() << Deadline{50ms});
+  DataReader<ping_Ball> reader(Subscriber(there.participant), in, lossless_reader() << Deadline{50ms}, listener);
+  DataWriter<ping_Ball> writer(Publisher(here.participant), out, lossless_writer() << Deadline{50ms});
   ASSERT_TRUE(matches(reader, 1));
   ASSERT_TRUE(matches(writer, 1));
   writer.write({1, 0.0});
@@ -139,14 +138,38 @@ TEST_F(Statuses, SurviveTheMoveOfTheReferenceTheyBelongTo) {
     ping_Ball ball{};
     if (reader.take_into(ball)) heard.give();
   };
-  DataReader<ping_Ball> reader(Subscriber(there.participant), in, {}, listener);
+  DataReader<ping_Ball> reader(Subscriber(there.participant), in, lossless_reader(), listener);
   std::vector<DataReader<ping_Ball>> kept;
   kept.push_back(std::move(reader));
-  DataWriter<ping_Ball> writer(Publisher(here.participant), out);
+  DataWriter<ping_Ball> writer(Publisher(here.participant), out, lossless_writer());
   ASSERT_TRUE(matches(kept[0], 1));
   ASSERT_TRUE(matches(writer, 1));
   writer.write({1, 0.0});
   EXPECT_TRUE(heard.arrives());
+}
+
+TEST_F(Statuses, StopComingOnceAReaderIsClosedInTheMiddleOfThem) {
+  DataWriter<ping_Ball> writer(Publisher(here.participant), out, DataWriterQos() << Reliability::BestEffort());
+  std::atomic<bool> enough{false};
+  std::thread flood([&] {
+    for (std::uint32_t i = 0; !enough; ++i) writer.write({i, 0.0});
+  });
+  for (int repetition = 0; repetition < 50; ++repetition) {
+    Notice heard;
+    std::atomic<bool> open{true};
+    DataReader<ping_Ball>::Listener listener;
+    listener.on_data_available = [&](DataReader<ping_Ball>& reader) {
+      EXPECT_TRUE(open);
+      ping_Ball ball{};
+      while (reader.take_into(ball)) heard.give();
+    };
+    DataReader<ping_Ball> reader(Subscriber(there.participant), in, {}, listener);
+    EXPECT_TRUE(heard.arrives());
+    reader.close();
+    open = false;
+  }
+  enough = true;
+  flood.join();
 }
 
 template <class E>
@@ -204,13 +227,13 @@ TEST_F(Failures, OfContradictoryPoliciesAreRaisedAtCreation) {
 }
 
 TEST(Entities, LiveAsLongAsAReferenceToThemOrToAChild) {
-  std::optional<dds::sub::DataReader<ping_Ball>> reader;
+  std::unique_ptr<dds::sub::DataReader<ping_Ball>> reader;
   dds_entity_t participant = 0;
   {
     Side side(1);
     participant = side.participant.handle();
     Topic<ping_Ball> topic(side.participant, "kept_alive");
-    reader.emplace(Subscriber(side.participant), topic);
+    reader = std::make_unique<DataReader<ping_Ball>>(Subscriber(side.participant), topic);
   }
   EXPECT_EQ(reader->take().length(), 0u);
   EXPECT_EQ(dds_get_parent(participant) >= 0, true);

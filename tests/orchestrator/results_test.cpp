@@ -25,7 +25,7 @@ std::string text_of(const std::filesystem::path& file) {
 
 /// Agents that start at the given values and have all reached `value` after `rounds` rounds.
 JobOutcome agreed_on(const Job& job, double value, std::size_t dimension, Round rounds) {
-  JobOutcome outcome{job, {}, {}, 0.5};
+  JobOutcome outcome{job, {}, 0.5};
   Trace& trace = outcome.trace;
   trace.agents = 2;
   trace.dimension = dimension;

@@ -3,8 +3,8 @@
 #include "tests/support/process_run.hpp"
 
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 #include <sqlite3.h>
+#include <nlohmann/json.hpp>
 
 #include <csignal>
 
@@ -113,9 +113,10 @@ TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
 }
 
 TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
-  Command run("experiment: lonely\nrounds: 5\nagents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}\n"
-          "topology: ring\ndt: 0.1\nstop: {deadline: 3 s}\n",
-          {"--external", "2"});
+  Command run(
+      "experiment: lonely\nrounds: 5\nagents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}\n"
+      "topology: ring\ndt: 0.1\nstop: {deadline: 3 s}\n",
+      {"--external", "2"});
   EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
   EXPECT_NE(run.program->err().find("never appeared: agent-2"), std::string::npos) << run.program->err();
 }

@@ -280,17 +280,24 @@ struct EntityState {
   EntityState& operator=(const EntityState&) = delete;
   virtual ~EntityState() { close(); }
 
-  /// Waits for running callbacks of this entity, so it must not be called from one of them. The code is not looked at: an entity that went
-  /// with its participant already is what is wanted.
+  /// Waits for running callbacks of this entity, so it must not be called from one of them. The listener goes first: a callback that runs
+  /// while its entity is being deleted would find every call on it refused. The codes are not looked at: an entity that went with its
+  /// participant already is what is wanted.
   void close() {
-    if (const dds_entity_t entity = handle.exchange(0); entity > 0) dds_delete(entity);
+    if (closed.exchange(true)) return;
+    const dds_entity_t entity = handle.load();
+    if (entity <= 0) return;
+    if (listened != 0) dds_set_listener(entity, nullptr);
+    dds_delete(entity);
+    handle = 0;
   }
 
   /// Statuses nobody handles are switched off: a waitset would stay triggered by them for ever.
   void apply_mask() { expect(dds_set_status_mask(handle, listened | conditioned), "set status mask of ", name); }
 
   std::atomic<dds_entity_t> handle{0};  ///< a listener may run, on the receive thread, before the creating call has returned
-  std::string name;                     ///< for error texts: a topic's name for topics and endpoints
+  std::atomic<bool> closed{false};
+  std::string name;  ///< for error texts: a topic's name for topics and endpoints
   std::shared_ptr<EntityState> parent, topic;
   std::uint32_t listened = 0, conditioned = 0;  ///< statuses with a listener, with a StatusCondition
 };
@@ -304,7 +311,8 @@ class Entity {
     expect(dds_get_instance_handle(handle(), &result), "get instance handle of ", state_->name);
     return result;
   }
-  /// Deletes the entity now, whoever else refers to it. Not from one of its own callbacks.
+  /// Deletes the entity now, whoever else refers to it, and its children with it. Not from one of its own callbacks, nor while children
+  /// have listeners.
   void close() { state_->close(); }
   const std::shared_ptr<EntityState>& state() const { return state_; }
   bool operator==(const Entity& other) const { return state_ == other.state_; }
