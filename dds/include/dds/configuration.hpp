@@ -29,6 +29,7 @@ struct Settings {
   Data data = Data::unicast;
   std::string tag{};                                          ///< processes with different tags never match
   std::optional<std::uint16_t> port_base{};                   ///< neighbours: this process's own; see unicast_port
+  std::optional<unsigned> external_domain{};                  ///< the domain on the network, where it is not the number within the process
   std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
   std::optional<std::chrono::milliseconds> spdp_interval{};   ///< how often a participant announces itself; Cyclone: 30 s
   std::optional<std::chrono::milliseconds> lease_duration{};  ///< silence after which a participant is gone; Cyclone: 10 s
@@ -88,6 +89,7 @@ inline std::string general(const Settings& settings) {
 inline std::string discovery(const Settings& settings) {
   std::string content;
   if (!settings.tag.empty()) content += element("Tag", escaped(settings.tag));
+  if (settings.external_domain) content += element("ExternalDomainId", std::to_string(*settings.external_domain));
   if (settings.discovery == Discovery::neighbours) {
     content += element("ParticipantIndex", "0");
     if (settings.port_base) content += element("Ports", element("Base", std::to_string(*settings.port_base)));
