@@ -22,11 +22,10 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 constexpr double kFirstGrantRounds = 64;  // before the speed is known
 constexpr double kGrantSeconds = 0.25;    // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
-constexpr Round kLargestHalf = 16'384;
-constexpr double kStallSeconds = 5.0;  // silence after which the agents are asked whom they wait for
+constexpr double kStallSeconds = 5.0;     // silence after which the agents are asked whom they wait for
 
 Round round_up(double rounds, Round multiple) {
-  const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalf)));
+  const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalfWindow)));
   return (wanted + multiple - 1) / multiple * multiple;
 }
 
@@ -103,7 +102,7 @@ class JobRun {
     }
     granted_ = grant.until;
     report_at_ = grant.report_at;
-    session_.grants().write(grant);
+    session_.broadcast(grant);
   }
 
   void take(wire::Telemetry&& telemetry) {
@@ -132,7 +131,7 @@ class JobRun {
 
   /// Ends the epoch: the agents report their links and are free for the next job.
   void finish() {
-    session_.commands().write({epoch_, wire::Order::finish});
+    session_.broadcast(wire::Command{epoch_, wire::Order::finish});
     std::size_t last = 0;
     const auto begin = Clock::now();
     while (last < session_.processes() && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0)) {

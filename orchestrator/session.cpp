@@ -14,7 +14,10 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr unsigned kDomains = 100;  // above, the ports of a domain would reach the kernel's ephemeral ones
+constexpr unsigned kDomainIds = 230;
+constexpr unsigned kDomainAttempts = 5;
 constexpr unsigned kPortsPerProcess = 4;
+constexpr std::size_t kProcessesPerHub = 50;
 constexpr std::size_t kMembersPerPart = 200;
 constexpr std::size_t kTunedFrom = 60;  // processes that all discover each other: slower acknowledgements halve the start-up
 constexpr std::size_t kWriterMemory = std::size_t{1} << 30;  // bytes a writer may hold before a write would wait
@@ -43,8 +46,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.interface != "lo";
   if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
-  open_domain();
-  create_endpoints();
+  open_hubs();
 }
 
 Session::~Session() = default;
@@ -55,46 +57,68 @@ bool Session::is_external(const ProcessPlan& process) const {
   });
 }
 
-void Session::open_domain() {
-  using namespace dds::configuration;
+void Session::open_hubs() {
   settings_.tag = options_.run_name;
   settings_.interface = options_.interface;
   settings_.writer_high_watermark = kWriterMemory;
   if (!options_.external.empty()) settings_.lease_duration = kExternalLease;
-  unsigned first = options_.domain >= 0 ? static_cast<unsigned>(options_.domain) : domain_of(options_.run_name);
-  if (placement_.neighbour_discovery) {
-    ports_.emplace(kPortsPerProcess * (processes() + 1));
-    settings_.discovery = dds::configuration::Discovery::neighbours;
-    first = options_.domain >= 0 ? first : 0;
-    settings_.port_base = static_cast<std::uint16_t>(ports_->first() - unicast_port(0, first));
-    settings_.spdp_interval = kAnnounceEvery;
-  } else {
-    settings_.data = placement_.multicast_data ? Data::multicast : Data::unicast;
-    settings_.tuned = processes() > kTunedFrom;
-  }
+  const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
+                                 [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
+                                 [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); }};
+  if (placement_.neighbour_discovery)
+    open_neighbour_hubs(callbacks);
+  else
+    open_multicast_hub(callbacks);
+}
+
+/// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
+void Session::open_multicast_hub(Hub::Callbacks callbacks) {
+  settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
+  settings_.tuned = processes() > kTunedFrom;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
-  const unsigned attempts = options_.domain >= 0 || placement_.neighbour_discovery ? 1 : 5;  // a domain's ports may be somebody else's
+  const bool derived = options_.domain < 0;
+  const unsigned first = derived ? domain_of(options_.run_name) : static_cast<unsigned>(options_.domain);
   for (unsigned attempt = 0;; ++attempt) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
     try {
-      domain_.emplace(domain_number_, configuration);
-      participant_.emplace(*domain_);
+      hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, callbacks));
       return;
     } catch (const dds::core::Exception& failure) {
-      domain_.reset();
-      if (attempt + 1 >= attempts)
-        throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+      if (derived && attempt + 1 < kDomainAttempts) continue;
+      throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
     }
   }
 }
 
-void Session::create_endpoints() {
-  presence_.emplace(*participant_, [this](wire::Presence&& presence) { push(std::move(presence)); });
-  layout_reader_.emplace(*participant_, [this](wire::Layouts&& layouts) { push(std::move(layouts)); });
-  telemetry_.emplace(*participant_, [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); });
-  assignments_.emplace(*participant_);
-  grants_.emplace(*participant_);
-  commands_.emplace(*participant_);
+/// Every hub and every process has a port of its own in one block, so all can share a domain.
+void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
+  const std::size_t hubs = (processes() + kProcessesPerHub - 1) / kProcessesPerHub;
+  ports_.emplace(kPortsPerProcess * (processes() + hubs));
+  domain_number_ = options_.domain < 0 ? 0 : static_cast<unsigned>(options_.domain);
+  settings_.discovery = dds::configuration::Discovery::neighbours;
+  settings_.spdp_interval = kAnnounceEvery;
+  settings_.external_domain = domain_number_;
+  for (std::size_t hub = 0; hub < hubs; ++hub) {
+    settings_.port_base = static_cast<std::uint16_t>(port(hub) - dds::configuration::unicast_port(0, domain_number_));
+    const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
+    try {
+      hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration, callbacks));
+    } catch (const dds::core::Exception& failure) {
+      throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+    }
+  }
+}
+
+std::size_t Session::hub_of(std::size_t process) const { return placement_.neighbour_discovery ? process / kProcessesPerHub : 0; }
+
+std::uint16_t Session::port(std::size_t slot) const { return static_cast<std::uint16_t>(ports_->first() + kPortsPerProcess * slot); }
+
+void Session::broadcast(const wire::Grant& grant) {
+  for (const auto& hub : hubs_) hub->grants.write(grant);
+}
+
+void Session::broadcast(const wire::Command& command) {
+  for (const auto& hub : hubs_) hub->commands.write(command);
 }
 
 void Session::push(News&& news) {
@@ -115,12 +139,11 @@ std::vector<std::string> Session::agent_arguments(std::size_t process) const {
                                      options_.interface,
                                      "--orchestrator-pid",
                                      std::to_string(getpid())};
-  const auto port = [&](std::size_t slot) { return ports_->first() + kPortsPerProcess * slot; };  // slot 0: the orchestrator
   if (placement_.neighbour_discovery) {
-    std::string listed = std::to_string(port(0));
-    for (const std::size_t neighbour : plan.neighbours) listed += "," + std::to_string(port(neighbour + 1));
+    std::string listed = std::to_string(port(hub_of(process)));
+    for (const std::size_t neighbour : plan.neighbours) listed += "," + std::to_string(port(hubs_.size() + neighbour));
     arguments.insert(arguments.end(),
-                     {"--discovery", "neighbours", "--port", std::to_string(port(process + 1)), "--neighbour-ports", listed});
+                     {"--discovery", "neighbours", "--port", std::to_string(port(hubs_.size() + process)), "--neighbour-ports", listed});
   } else if (placement_.multicast_data) {
     arguments.insert(arguments.end(), {"--data", "multicast"});
   }
@@ -142,7 +165,26 @@ void Session::launch(RunObserver& observer) {
   }
 }
 
-std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t epoch) const {
+wire::Member Session::member_of(AgentId agent, const Job& job) const {
+  const std::size_t process = placement_.process_of[index_of(agent)];
+  wire::Member member;
+  member.agent = agent;
+  member.process = placement_.processes[process].agents.front().value;
+  member.initial = experiment_.initial_of(agent, job.seed);
+  if (const auto own = experiment_.overrides.find(agent); own != experiment_.overrides.end()) member.parameters = own->second.parameters;
+  member.hears_everyone = hears_everyone(placement_, agent);
+  if (!member.hears_everyone) {
+    for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
+  }
+  member.remote_readers = placement_.remote_readers[index_of(agent)];
+  for (const auto& [edge, link] : experiment_.links.overrides) {
+    if (edge.to == agent) member.links.overrides.emplace(edge, link);
+  }
+  return member;
+}
+
+/// What one hub's processes are told: its agents only, in parts of bounded size.
+std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t epoch, std::size_t hub) const {
   const ProtocolChoice& protocol = experiment_.protocols[job.protocol];
   wire::Assignment common;
   common.epoch = epoch;
@@ -152,30 +194,19 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
   common.dt = experiment_.dt;
   common.rounds = experiment_.rounds;
   common.report_interval = experiment_.report_interval();
-  common.window = 2 * std::max<Round>(16'384, common.report_interval) + common.report_interval;
+  common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
   common.parameters = protocol.parameters;
   common.standard_link = experiment_.links.standard;
-  common.parts = static_cast<std::uint32_t>((experiment_.agents + kMembersPerPart - 1) / kMembersPerPart);
-  std::vector<wire::Assignment> parts(common.parts, common);
+  std::vector<wire::Assignment> parts;
   for (std::size_t index = 0; index < experiment_.agents; ++index) {
-    const AgentId agent = agent_at(index);
-    wire::Member member;
-    member.agent = agent;
-    member.process = placement_.processes[placement_.process_of[index]].agents.front().value;
-    member.initial = experiment_.initial_of(agent, job.seed);
-    if (const auto override = experiment_.overrides.find(agent); override != experiment_.overrides.end())
-      member.parameters = override->second.parameters;
-    member.hears_everyone = hears_everyone(placement_, agent);
-    if (!member.hears_everyone) {
-      for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
+    if (hub_of(placement_.process_of[index]) != hub) continue;
+    if (parts.empty() || parts.back().members.size() == kMembersPerPart) {
+      parts.push_back(common);
+      parts.back().part = static_cast<std::uint32_t>(parts.size() - 1);
     }
-    member.remote_readers = placement_.remote_readers[index];
-    for (const auto& [edge, link] : experiment_.links.overrides) {
-      if (edge.to == agent) member.links.overrides.emplace(edge, link);
-    }
-    parts[index / kMembersPerPart].members.push_back(std::move(member));
+    parts.back().members.push_back(member_of(agent_at(index), job));
   }
-  for (std::uint32_t part = 0; part < common.parts; ++part) parts[part].part = part;
+  for (wire::Assignment& part : parts) part.parts = static_cast<std::uint32_t>(parts.size());
   return parts;
 }
 
@@ -183,7 +214,9 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   if (interrupted()) return;
   epoch_ = epoch;
   layouts_.clear();
-  for (const wire::Assignment& part : assignments(job, epoch)) assignments_->write(part);
+  for (std::size_t hub = 0; hub < hubs_.size(); ++hub) {
+    for (const wire::Assignment& part : assignments(job, epoch, hub)) hubs_[hub]->assignments.write(part);
+  }
   const auto ready = [&](const ProcessState& state) { return state.ready_epoch == epoch; };
   while ((count(ready) < processes() || layouts_.size() < experiment_.agents) && !interrupted()) {
     step({});
@@ -263,7 +296,7 @@ std::size_t Session::count(const std::function<bool(const ProcessState&)>& which
 std::string Session::who_waits() {
   for (ProcessState& state : states_) state.status.reset();
   leaving_ = true;  // no second deadline or death report from within this one
-  commands_->write({epoch_, wire::Order::status});
+  broadcast(wire::Command{epoch_, wire::Order::status});
   const auto until = Clock::now() + std::chrono::seconds(1);
   const auto silent = [](const ProcessState& state) { return !state.status; };
   std::vector<wire::Telemetry> kept;
@@ -320,7 +353,7 @@ wire::Layouts Session::layouts() const {
 
 void Session::shut_down() {
   leaving_ = true;
-  commands_->write({epoch_, wire::Order::shutdown});
+  broadcast(wire::Command{epoch_, wire::Order::shutdown});
   children_->wait_all(interrupted() ? 1.0 : 10.0);
 }
 

@@ -2,6 +2,7 @@
 /// The processes of one `consort run` and the orchestrator's end of the wire: launched once, given one run after the other, ended together.
 
 #include "idl/wire.hpp"
+#include "orchestrator/hub.hpp"
 #include "orchestrator/launch.hpp"
 #include "orchestrator/placement.hpp"
 #include "orchestrator/run.hpp"
@@ -20,6 +21,9 @@
 #include <variant>
 
 namespace consort {
+
+/// Half a grant window is never longer, in rounds (nor shorter than a report interval): it bounds what an agent keeps for later.
+constexpr Round kLargestHalfWindow = 16'384;
 
 class Session {
  public:
@@ -40,8 +44,8 @@ class Session {
   [[nodiscard]] bool interrupted() const { return options_.interrupt && options_.interrupt->load() != 0; }
   [[nodiscard]] std::size_t processes() const { return placement_.processes.size(); }
   [[nodiscard]] wire::Layouts layouts() const;
-  wire::Writer<wire::Grant>& grants() { return *grants_; }
-  wire::Writer<wire::Command>& commands() { return *commands_; }
+  void broadcast(const wire::Grant& grant);
+  void broadcast(const wire::Command& command);
 
  private:
   using News = std::variant<wire::Presence, wire::Layouts, wire::Telemetry>;
@@ -53,11 +57,15 @@ class Session {
     std::optional<wire::Presence> status;  // answer to the newest status command
   };
 
-  void open_domain();
-  void create_endpoints();
+  void open_hubs();
+  void open_multicast_hub(Hub::Callbacks callbacks);
+  void open_neighbour_hubs(const Hub::Callbacks& callbacks);
+  [[nodiscard]] std::size_t hub_of(std::size_t process) const;
+  [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
   [[nodiscard]] std::vector<std::string> agent_arguments(std::size_t process) const;
   [[nodiscard]] bool is_external(const ProcessPlan& process) const;
-  [[nodiscard]] std::vector<wire::Assignment> assignments(const Job& job, std::uint32_t epoch) const;
+  [[nodiscard]] std::vector<wire::Assignment> assignments(const Job& job, std::uint32_t epoch, std::size_t hub) const;
+  [[nodiscard]] wire::Member member_of(AgentId agent, const Job& job) const;
   void push(News&& news);
   void handle(wire::Presence&& presence);
   void watch_children();
@@ -70,7 +78,7 @@ class Session {
   Placement placement_;
   std::chrono::steady_clock::time_point deadline_;
   std::optional<PortBlock> ports_;
-  dds::configuration::Settings settings_;  // the orchestrator's own
+  dds::configuration::Settings settings_;  // common to the orchestrator's hubs
   std::uint32_t domain_number_ = 0;
   std::map<std::uint32_t, std::size_t> process_by_name_;  // lowest agent id -> index
   std::vector<ProcessState> states_;
@@ -82,14 +90,7 @@ class Session {
   std::condition_variable arrived_;
   std::deque<News> news_;
 
-  std::optional<dds::domain::Domain> domain_;
-  std::optional<dds::domain::DomainParticipant> participant_;
-  std::optional<wire::Writer<wire::Assignment>> assignments_;
-  std::optional<wire::Writer<wire::Grant>> grants_;
-  std::optional<wire::Writer<wire::Command>> commands_;
-  std::optional<wire::Reader<wire::Presence>> presence_;
-  std::optional<wire::Reader<wire::Layouts>> layout_reader_;
-  std::optional<wire::Reader<wire::Telemetry>> telemetry_;
+  std::vector<std::unique_ptr<Hub>> hubs_;
   std::optional<Children> children_;  // last: ends first
 };
 

@@ -1,0 +1,48 @@
+#pragma once
+/// The orchestrator's end of the wire towards some of its processes. Reliable topics cost every participant a packet per matched process at
+/// each heartbeat, so one participant that serves a thousand processes drowns in its own discovery; many that serve a few dozen do not.
+
+#include "idl/wire.hpp"
+
+#include <dds/dds.hpp>
+
+#include <functional>
+#include <string>
+
+namespace consort {
+
+class Hub {
+ public:
+  /// Called on DDS's receive threads.
+  struct Callbacks {
+    std::function<void(wire::Presence&&)> on_presence;
+    std::function<void(wire::Layouts&&)> on_layouts;
+    std::function<void(wire::Telemetry&&)> on_telemetry;
+  };
+  /// `domain` is the number within this process. Throws dds::core::Exception.
+  Hub(unsigned domain, const std::string& configuration, const Callbacks& callbacks)
+      : domain_(domain, configuration),
+        participant_(domain_),
+        assignments(participant_),
+        grants(participant_),
+        commands(participant_),
+        presence_(participant_, callbacks.on_presence),
+        layouts_(participant_, callbacks.on_layouts),
+        telemetry_(participant_, callbacks.on_telemetry) {}
+
+ private:
+  dds::domain::Domain domain_;
+  dds::domain::DomainParticipant participant_;
+
+ public:
+  wire::Writer<wire::Assignment> assignments;
+  wire::Writer<wire::Grant> grants;
+  wire::Writer<wire::Command> commands;
+
+ private:
+  wire::Reader<wire::Presence> presence_;
+  wire::Reader<wire::Layouts> layouts_;
+  wire::Reader<wire::Telemetry> telemetry_;
+};
+
+}  // namespace consort
