@@ -265,7 +265,8 @@ class Bench {
       return;
     }
     std::map<std::string, std::vector<double>> rates;
-    for (const json& benchmark : json::parse(outcome.output).at("benchmarks"))
+    const json report = json::parse(outcome.output);
+    for (const json& benchmark : report.at("benchmarks"))
       if (benchmark.contains("rounds_per_second")) rates[benchmark.at("name")].push_back(benchmark.at("rounds_per_second"));
     for (const auto& [name, rate] : rates) {
       if (!name.starts_with("Simulate/")) continue;
