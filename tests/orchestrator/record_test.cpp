@@ -100,10 +100,10 @@ TEST(Record, KeepsProtocolsWithDifferentLayoutsInOneTable) {
     Numbers scalar{2, 1, {}, {}, {}}, vector{2, 6, {}, {}, {}};
     record.begin_run(first, experiment, kScalar);
     record.add(first, scalar.at(0));
-    record.end_run({first, {}, {}, 0.0});
+    record.end_run({first, {}, 0.0});
     record.begin_run(second, experiment, kVectorWithCovariance);
     record.add(second, vector.at(3));
-    record.end_run({second, {}, {}, 0.0});
+    record.end_run({second, {}, 0.0});
   }
   Database database(folder.path() / "record.sqlite", Database::Open::read);
   EXPECT_EQ(real(database, "SELECT x FROM estimates WHERE run = 0 AND agent = 2"), 0.02);
