@@ -1,6 +1,6 @@
 #pragma once
 /// The orchestrator's end of the wire towards some of its processes. Reliable topics cost every participant a packet per matched process at
-/// each heartbeat, so one participant that serves a thousand processes drowns in its own discovery; many that serve a few dozen do not.
+/// each heartbeat, so one participant that serves a thousand processes drowns in its own discovery; many that serve twenty each do not.
 
 #include "idl/wire.hpp"
 

@@ -58,7 +58,9 @@ bool meet(const std::string& first, const std::string& second) {
 }
 
 std::string on_wire(const Settings& settings) {
-  return xml(settings) + ",<Discovery><ExternalDomainId>" + std::to_string(wire_domain()) + "</ExternalDomainId></Discovery>";
+  Settings here = settings;
+  here.external_domain = wire_domain();
+  return xml(here);
 }
 
 TEST(Configuration, WithEverySettingIsAcceptedByTheLibrary) {
@@ -70,7 +72,9 @@ TEST(Configuration, WithEverySettingIsAcceptedByTheLibrary) {
                      .writer_high_watermark = 1000000};
   const std::string text = on_wire(all);
   EXPECT_TRUE(holds(text, "<SPDPInterval>500ms</SPDPInterval><LeaseDuration>3000ms</LeaseDuration>")) << text;
-  EXPECT_TRUE(holds(text, "<Watermarks><WhcHigh>1000000B</WhcHigh><WhcHighInit>1000000B</WhcHighInit><WhcAdaptive>false</WhcAdaptive></Watermarks>")) << text;
+  EXPECT_TRUE(holds(
+      text, "<Watermarks><WhcHigh>1000000B</WhcHigh><WhcHighInit>1000000B</WhcHighInit><WhcAdaptive>false</WhcAdaptive></Watermarks>"))
+      << text;
   EXPECT_TRUE(meet(text, text));
 }
 

@@ -1,0 +1,69 @@
+#include "orchestrator/collector.hpp"
+
+#include <gtest/gtest.h>
+
+namespace consort {
+namespace {
+
+wire::MemberReport report_of(std::uint32_t agent, std::vector<Round> rounds) {
+  wire::MemberReport report;
+  report.agent = AgentId{agent};
+  report.rounds = std::move(rounds);
+  for (const Round k : report.rounds) {
+    report.estimates.insert(report.estimates.end(), {100.0 * agent + k, -1.0});
+    report.hashes.push_back(agent * 1000 + k);
+    report.counters.push_back({agent, k, 0});
+  }
+  return report;
+}
+
+std::vector<Round> handed_on(Collector& collector, std::size_t most = 1000) {
+  std::vector<Round> rounds;
+  collector.hand_on([&](const RoundReport& report) {
+    rounds.push_back(report.k);
+    EXPECT_EQ(report.estimates[0], 100.0 + report.k);
+    EXPECT_EQ(report.estimates[2], 200.0 + report.k);
+    EXPECT_EQ(report.hashes[1], 2000u + report.k);
+    EXPECT_EQ(report.counters[1].delivered, report.k);
+    return rounds.size() < most;
+  });
+  return rounds;
+}
+
+TEST(Collector, HandsARoundOnWhenEverybodyHasReportedItInOrder) {
+  Collector collector(2, 2, 10, 4);  // reported: 0, 4, 8 and the last, 10
+  collector.add(report_of(2, {0, 4, 8, 10}));
+  EXPECT_TRUE(handed_on(collector).empty());
+  EXPECT_EQ(collector.missing(), std::vector<AgentId>{AgentId{1}});
+  collector.add(report_of(1, {4}));
+  EXPECT_TRUE(handed_on(collector).empty()) << "round 0 is still open";
+  collector.add(report_of(1, {0}));
+  EXPECT_EQ(handed_on(collector), (std::vector<Round>{0, 4}));
+  collector.add(report_of(1, {8, 10}));
+  EXPECT_EQ(handed_on(collector), (std::vector<Round>{8, 10}));
+  EXPECT_EQ(collector.left_out(), 0u);
+}
+
+TEST(Collector, StopsWhenToldAndGoesOnLater) {
+  Collector collector(2, 2, 8, 2);
+  collector.add(report_of(1, {0, 2, 4, 6, 8}));
+  collector.add(report_of(2, {0, 2, 4, 6, 8}));
+  EXPECT_EQ(handed_on(collector, 2), (std::vector<Round>{0, 2}));
+  EXPECT_EQ(handed_on(collector), (std::vector<Round>{4, 6, 8}));
+}
+
+TEST(Collector, LeavesOutWhatDoesNotFitTheRun) {
+  Collector collector(2, 2, 10, 4);
+  collector.add(report_of(3, {0}));         // nobody
+  collector.add(report_of(1, {1, 0, 12}));  // rounds that are not reported
+  collector.add(report_of(1, {0}));         // twice
+  auto cut = report_of(2, {0, 4});
+  cut.estimates.pop_back();
+  collector.add(cut);  // wrong size
+  EXPECT_EQ(collector.left_out(), 1u + 2u + 1u + 2u);
+  collector.add(report_of(2, {0}));
+  EXPECT_EQ(handed_on(collector), std::vector<Round>{0});
+}
+
+}  // namespace
+}  // namespace consort
