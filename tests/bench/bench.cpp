@@ -165,7 +165,7 @@ class Bench {
   void measure(const Exchange& exchange) {
     // A short run tells how many rounds fill the time, and what starting and ending cost, which is taken off the CPU per message.
     const Ours brief = ours(exchange, exchange.short_rounds);
-    const long rounds = std::max(2L * exchange.short_rounds, std::lround(brief.rate * options_.seconds()));
+    const long rounds = std::max(10L * exchange.short_rounds, std::lround(brief.rate * options_.seconds()));
     std::vector<double> raw_rate, raw_cpu, udp_rate, udp_cpu, rate, cpu;
     for (int turn = 1; turn <= options_.turns(); ++turn) {
       say(fmt::format("{}, turn {} of {}: raw DDS, Consort ({} rounds), raw UDP", exchange.name, turn, options_.turns(), rounds));
