@@ -9,6 +9,9 @@
 namespace consort {
 namespace {
 
+constexpr std::uint32_t kGreeting = 0;  // epoch of a greeting; those of runs count from 1
+constexpr std::chrono::milliseconds kGreetAgain{500};
+
 std::string host_name() {
   std::array<char, 64> name{};
   gethostname(name.data(), name.size() - 1);
@@ -62,6 +65,7 @@ void Node::on_assignment(wire::Assignment&& part) {
 void Node::on_grant(wire::Grant&& grant) {
   guarded([&] {
     if (!lockstep_ || grant.epoch != epoch_ || finish_) return;
+    granted_ = true;
     lockstep_->grant(grant);
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
@@ -72,12 +76,21 @@ void Node::on_information(wire::InformationReader::Burst& burst) {
   guarded([&] {
     wire::Information message;
     while (burst.next(message)) {
-      if (lockstep_ && message.epoch == epoch_ && !finish_) lockstep_->receive(message);
+      if (message.epoch == kGreeting)
+        on_greeting(message.sender);
+      else if (lockstep_ && message.epoch == epoch_ && !finish_)
+        lockstep_->receive(message);
     }
     if (!lockstep_ || finish_) return;
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
   });
+}
+
+void Node::on_greeting(AgentId sender) {
+  if (!std::binary_search(heard_remotely_.begin(), heard_remotely_.end(), sender)) return;
+  greeted_by_.insert(sender);
+  if (greeted_by_.size() == heard_remotely_.size()) wake_.notify_one();
 }
 
 void Node::on_command(wire::Command&& command) {
@@ -131,13 +144,18 @@ void Node::serve(Lock& lock) {
   while (true) {
     const auto has_work = [&] {
       return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-             (lockstep_ && !finish_ && lockstep_->report_due()) || (lockstep_ && !ready_said_ && met());
+             (lockstep_ && !finish_ && lockstep_->report_due()) || (lockstep_ && !ready_said_ && met()) || (!greeted_ && may_greet());
     };
-    wake_.wait(lock, has_work);
+    // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
+    if (granted_ || information_.empty())
+      wake_.wait(lock, has_work);
+    else if (!wake_.wait_for(lock, kGreetAgain, has_work))
+      greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
+    if (!greeted_ && may_greet()) greet();
     if (lockstep_ && !ready_said_ && met()) {
       ready_said_ = true;
       announce(lock, wire::State::ready);
@@ -154,7 +172,7 @@ void Node::serve(Lock& lock) {
 void Node::begin_run(Lock& lock) {
   assigned_ = false;
   epoch_ = newest_epoch_;
-  ready_said_ = finish_ = finished_ = false;
+  ready_said_ = finish_ = finished_ = granted_ = false;
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
   const std::uint32_t process = options_.agents.front().value;
@@ -204,13 +222,12 @@ void Node::meet_neighbours(Lock& lock) {
     return std::binary_search(options_.agents.begin(), options_.agents.end(), id) ||
            std::binary_search(heard_remotely_.begin(), heard_remotely_.end(), id);
   });
-  const std::size_t reader = writers_matched_.size();
+  const bool first_reader = heard_remotely_.empty();
   if (!wanted.empty()) {
-    writers_matched_.push_back(0);
     heard_remotely_.insert(heard_remotely_.end(), wanted.begin(), wanted.end());
     std::sort(heard_remotely_.begin(), heard_remotely_.end());
   }
-  const bool wildcard = everyone && reader == 0 && wanted.size() + options_.agents.size() == agents;
+  const bool wildcard = everyone && first_reader && wanted.size() + options_.agents.size() == agents;
 
   lock.unlock();  // creating endpoints calls back
   std::vector<std::pair<AgentId, wire::InformationWriter>> created;
@@ -218,6 +235,7 @@ void Node::meet_neighbours(Lock& lock) {
     created.emplace_back(agent, wire::InformationWriter(participant_, agent, [this, id = agent](std::size_t n) {
                            guarded([&] {
                              readers_of_[id] = n;
+                             greeted_ = false;
                              wake_.notify_one();
                            });
                          }));
@@ -225,13 +243,7 @@ void Node::meet_neighbours(Lock& lock) {
   std::optional<wire::InformationReader> listening;
   if (!wanted.empty()) {
     listening.emplace(participant_, wildcard ? std::vector<AgentId>{} : wanted,
-                      wire::InformationReader::Callbacks{[this](wire::InformationReader::Burst& burst) { on_information(burst); },
-                                                         [this, reader](std::size_t n) {
-                                                           guarded([&] {
-                                                             writers_matched_[reader] = n;
-                                                             wake_.notify_one();
-                                                           });
-                                                         }});
+                      [this](wire::InformationReader::Burst& burst) { on_information(burst); });
   }
   lock.lock();
   for (auto& [agent, writer] : created) information_.emplace(agent, std::move(writer));
@@ -242,15 +254,22 @@ void Node::meet_neighbours(Lock& lock) {
   }
 }
 
-bool Node::met() const {
-  std::size_t writers = 0;
-  for (const std::size_t matched : writers_matched_) writers += matched;
-  if (writers < heard_remotely_.size()) return false;
+/// Everybody who may ever hear us has been found.
+bool Node::may_greet() const {
+  if (!lockstep_ || information_.empty()) return false;
   return std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
     const auto readers = readers_of_.find(member.agent);
     return member.remote_readers == 0 || (readers != readers_of_.end() && readers->second >= member.remote_readers);
   });
 }
+
+void Node::greet() {
+  greeted_ = true;
+  for (auto& [agent, writer] : information_) writer.write(kGreeting, 0, {});
+}
+
+/// Everybody we may ever hear has greeted us, and everybody who may ever hear us has been found.
+bool Node::met() const { return greeted_by_.size() == heard_remotely_.size() && (information_.empty() || may_greet()); }
 
 void Node::send_reports(Lock& lock, bool last) {
   wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}};

@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 
 namespace consort {
 
@@ -40,6 +41,7 @@ class Node {
   void on_command(wire::Command&& command);
   void on_orchestrator(std::size_t writers);
   void on_information(wire::InformationReader::Burst& burst);
+  void on_greeting(AgentId sender);
   template <class Work>
   void guarded(Work&& work);  // runs under the lock; a failure is kept for the main thread
 
@@ -49,6 +51,8 @@ class Node {
   void meet_neighbours(Lock& lock);
   void send_reports(Lock& lock, bool last);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
+  void greet();
+  [[nodiscard]] bool may_greet() const;
   [[nodiscard]] bool met() const;
 
   dds::domain::DomainParticipant participant_;
@@ -71,7 +75,9 @@ class Node {
 
   std::map<AgentId, std::size_t> readers_of_;  // matched reader processes, by hosted agent that is heard elsewhere
   std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending
-  std::vector<std::size_t> writers_matched_;   // by Information reader
+  std::set<AgentId> greeted_by_;               // those of them whose greeting has come: the connection works
+  bool greeted_ = false;                       // everybody who reads us now has been greeted
+  bool granted_ = false;                       // rounds of this epoch have been granted: nobody needs a greeting any more
 
   wire::Writer<wire::Presence> presence_;
   wire::Writer<wire::Layouts> layouts_;

@@ -31,37 +31,31 @@ template <>
 struct TopicOf<Assignment> {
   using Wire = consort_wire_Assignment;
   static constexpr const char* name = "consort_assignment";
-  static constexpr bool for_late_readers = true;
 };
 template <>
 struct TopicOf<Grant> {
   using Wire = consort_wire_Grant;
   static constexpr const char* name = "consort_grant";
-  static constexpr bool for_late_readers = false;
 };
 template <>
 struct TopicOf<Command> {
   using Wire = consort_wire_Command;
   static constexpr const char* name = "consort_command";
-  static constexpr bool for_late_readers = false;
 };
 template <>
 struct TopicOf<Layouts> {
   using Wire = consort_wire_Layout;
   static constexpr const char* name = "consort_layout";
-  static constexpr bool for_late_readers = true;
 };
 template <>
 struct TopicOf<Presence> {
   using Wire = consort_wire_Presence;
   static constexpr const char* name = "consort_presence";
-  static constexpr bool for_late_readers = true;
 };
 template <>
 struct TopicOf<Telemetry> {
   using Wire = consort_wire_Telemetry;
   static constexpr const char* name = "consort_telemetry";
-  static constexpr bool for_late_readers = false;
 };
 constexpr const char* kInformationTopic = "consort_information";
 
@@ -69,10 +63,9 @@ constexpr Duration kWriteLimit =
     Duration::from_millisecs(10'000);  // reached only if the high watermark is: then it is an error, not a wait
 
 template <class Qos>
-Qos steering_qos(bool for_late_readers) {
+Qos steering_qos() {
   Qos qos;
-  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll();
-  if (for_late_readers) qos << Durability::TransientLocal() << DurabilityService{};
+  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << Durability::TransientLocal() << DurabilityService{};
   return qos;
 }
 
@@ -95,7 +88,7 @@ struct Writer<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
   explicit Impl(const dds::domain::DomainParticipant& participant)
       : writer(dds::pub::Publisher(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::pub::qos::DataWriterQos>(TopicOf<T>::for_late_readers)) {}
+               steering_qos<dds::pub::qos::DataWriterQos>()) {}
   dds::pub::DataWriter<Wire> writer;
 };
 
@@ -122,8 +115,7 @@ struct Reader<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
   Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
       : reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<T>::for_late_readers),
-               listener(std::move(on_data), std::move(on_matched))) {}
+               steering_qos<dds::sub::qos::DataReaderQos>(), listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
@@ -207,10 +199,10 @@ struct InformationReader::Burst::Impl {
   using Wire = consort_wire_Information;
   static constexpr std::size_t kBatch = 32;
 
-  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks)
+  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst)
       : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
                dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::sub::qos::DataReaderQos>(),
-               listener(std::move(callbacks))) {}
+               listener(std::move(on_burst))) {}
 
   static Partition partitions(std::span<const AgentId> senders) {
     std::vector<std::string> names;
@@ -219,17 +211,14 @@ struct InformationReader::Burst::Impl {
     return Partition(names);
   }
 
-  dds::sub::DataReaderListener<Wire> listener(Callbacks callbacks) {
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(Burst&)> on_burst) {
     dds::sub::DataReaderListener<Wire> result;
-    result.on_data_available = [this, on_burst = std::move(callbacks.on_burst)](dds::sub::DataReader<Wire>& from) {
+    result.on_data_available = [this, on_burst = std::move(on_burst)](dds::sub::DataReader<Wire>& from) {
       source = &from;
       source->take_into(batch);
       next = batch.begin();
       Burst burst(*this);
       on_burst(burst);
-    };
-    result.on_subscription_matched = [on_matched = std::move(callbacks.on_matched)](auto&, const auto& status) {
-      on_matched(status.current_count());
     };
     return result;
   }
@@ -265,8 +254,8 @@ struct InformationReader::Impl : Burst::Impl {
 };
 
 InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
-                                     Callbacks callbacks)
-    : impl_(std::make_unique<Impl>(participant, senders, std::move(callbacks))) {}
+                                     std::function<void(Burst&)> on_burst)
+    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst))) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
 std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }

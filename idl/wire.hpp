@@ -166,11 +166,8 @@ class InformationReader {
     explicit Burst(Impl& impl) : impl_(impl) {}
     Impl& impl_;
   };
-  struct Callbacks {
-    std::function<void(Burst&)> on_burst;
-    std::function<void(std::size_t)> on_matched;  ///< now n writers (agents) are matched
-  };
-  InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, Callbacks callbacks);
+  InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+                    std::function<void(Burst&)> on_burst);
   ~InformationReader();
   InformationReader(InformationReader&&) noexcept;
   [[nodiscard]] std::uint64_t rejected() const;
