@@ -80,7 +80,7 @@ std::optional<GraphRead> read_named(const Context& context, const YAML::Node& no
                                      {"path", path},
                                      {"star", star},
                                      {"complete", complete}})
-    if (name == family) return made(context, node, what, name, YAML::Node(name), [make, n] { return make(n); });
+    if (name == family) return made(context, node, what, name, YAML::Node(name), [build = make, n] { return build(n); });
   const auto names = topology_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) {
     const auto entry =

@@ -72,7 +72,7 @@ void Session::open_hubs() {
 }
 
 /// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
-void Session::open_multicast_hub(Hub::Callbacks callbacks) {
+void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings_.tuned = processes() > kTunedFrom;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));

@@ -58,7 +58,7 @@ class Session {
   };
 
   void open_hubs();
-  void open_multicast_hub(Hub::Callbacks callbacks);
+  void open_multicast_hub(const Hub::Callbacks& callbacks);
   void open_neighbour_hubs(const Hub::Callbacks& callbacks);
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`

@@ -152,7 +152,7 @@ std::vector<Column> measure(const Summary& summary, const std::vector<Row>& rows
 std::string block(const Summary& summary, const std::vector<Row>& rows, const std::vector<Column>& columns, std::size_t first,
                   std::size_t last, std::size_t label_width, const TextStyle& style) {
   std::string out;
-  const auto end_line = [&out](std::string line) { out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n"; };
+  const auto end_line = [&out](const std::string& line) { out += line.substr(0, line.find_last_not_of(' ') + 1) + "\n"; };
   std::string heading(kIndent + label_width, ' '), rule = std::string(kIndent, ' ');
   std::size_t rule_width = label_width;
   for (std::size_t i = first; i < last; ++i) {

@@ -21,7 +21,9 @@ void expect_equal(const std::vector<JobOutcome>& processes, const std::vector<Jo
     EXPECT_EQ(a.totals.sent, b.totals.sent);
     EXPECT_EQ(a.totals.delivered, b.totals.delivered);
     EXPECT_EQ(a.totals.lost, b.totals.lost);
-    if (!a.converged) EXPECT_EQ(a.links, b.links) << "agents run a little past a convergence stop, their links with them";
+    if (!a.converged) {
+      EXPECT_EQ(a.links, b.links) << "agents run a little past a convergence stop, their links with them";
+    }
   }
 }
 
