@@ -13,7 +13,7 @@ class Record {
  public:
   /// Creates `file` (must not exist). Throws RunError with SQLite's words and the path.
   explicit Record(const std::filesystem::path& file);
-  ~Record();   ///< drains and closes
+  ~Record();  ///< drains and closes
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
@@ -21,7 +21,7 @@ class Record {
   void add(const Job& job, const RoundReport& report);
   void event(const Job& job, Round round, const std::string& kind, const std::string& text);
   void end_run(const JobOutcome& outcome);
-  void flush();   ///< returns when everything handed over so far is committed; throws RunError if writing failed
+  void flush();  ///< returns when everything handed over so far is committed; throws RunError if writing failed
 
  private:
   struct Impl;

@@ -54,8 +54,8 @@ Rule never(const std::string& pattern, std::function<bool(const SourceFile&)> wh
 // --- rooms and arrows ---------------------------------------------------------------------------------------------------
 
 bool drives_processes(std::string_view path) {
-  return starts_with_any(
-      path, {"orchestrator/run", "orchestrator/session", "orchestrator/collector", "orchestrator/launch", "orchestrator/hub", "orchestrator/doctor"});
+  return starts_with_any(path, {"orchestrator/run", "orchestrator/session", "orchestrator/collector", "orchestrator/launch",
+                                "orchestrator/hub", "orchestrator/doctor"});
 }
 
 std::string room_of(std::string_view path) {
