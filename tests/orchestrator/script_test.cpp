@@ -100,7 +100,11 @@ agents:
     P: {all: [0.5, 0.25]}
   overrides: {4: {initial: {P: [[2, 1], [1, 2]]}, parameters: {Q: 0.3}}}
 topology: {random_pairs: {dwell_rounds: [2, 5]}}
-links: {loss: {bernoulli: 0.1}, delay_rounds: 1, noise_covariance: [0.1, 0.2], overrides: [{edges: [3 -> 4, 1 <-> 2], loss: 1}, {edge: 2 -> 3, noise_covariance: 0}]}
+links:
+  loss: {bernoulli: 0.1}
+  delay_rounds: 1
+  noise_covariance: [0.1, 0.2]
+  overrides: [{edges: [3 -> 4, 1 <-> 2], loss: 1}, {edge: 2 -> 3, noise_covariance: 0}]
 events: [{round: 150, cut: [1 <-> 2]}, {round: 200, heal: [1 -> 2]}]
 placement: {agents_per_process: 2}
 stop: {converged: {disagreement: 1.0e-3, for_rounds: 10}, deadline: 2 min}
