@@ -10,7 +10,8 @@ wire::MemberReport report_of(std::uint32_t agent, std::vector<Round> rounds) {
   report.agent = AgentId{agent};
   report.rounds = std::move(rounds);
   for (const Round k : report.rounds) {
-    report.estimates.insert(report.estimates.end(), {100.0 * agent + k, -1.0});
+    report.estimates.push_back(100.0 * agent + k);
+    report.estimates.push_back(-1.0);
     report.hashes.push_back(agent * 1000 + k);
     report.counters.push_back({agent, k, 0});
   }
