@@ -138,6 +138,9 @@ void Node::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
+  std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected();
+  for (const wire::InformationReader& reader : information_readers_) rejected += reader.rejected();
+  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void Node::serve(Lock& lock) {

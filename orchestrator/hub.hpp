@@ -30,6 +30,9 @@ class Hub {
         layouts_(participant_, callbacks.on_layouts),
         telemetry_(participant_, callbacks.on_telemetry) {}
 
+  /// Samples received that broke a bound of the wire.
+  [[nodiscard]] std::uint64_t rejected() const { return presence_.rejected() + layouts_.rejected() + telemetry_.rejected(); }
+
  private:
   dds::domain::Domain domain_;
   dds::domain::DomainParticipant participant_;

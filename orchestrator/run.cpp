@@ -8,8 +8,6 @@
 #include "orchestrator/placement.hpp"
 #include "orchestrator/session.hpp"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <chrono>
 
@@ -75,9 +73,11 @@ class JobRun {
       session_.step([this](wire::Telemetry&& telemetry) { take(std::move(telemetry)); });
       if (session_.interrupted()) break;
       notice_stall();
+      tell_remarks();
     }
     JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
     finish();
+    tell_remarks();
     trace_.converged = stop_.converged();
     outcome.trace = std::move(trace_);
     return outcome;
@@ -127,6 +127,10 @@ class JobRun {
     stall_told_ = true;
     const std::string text = session_.who_waits();
     observer_.event(job_, trace_.last_round, "stall", text);
+  }
+
+  void tell_remarks() {
+    for (const std::string& text : session_.take_remarks()) observer_.event(job_, trace_.last_round, "remark", text);
   }
 
   /// Ends the epoch: the agents report their links and are free for the next job.

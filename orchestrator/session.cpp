@@ -2,7 +2,6 @@
 
 #include "core/errors.hpp"
 
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -247,8 +246,8 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
 void Session::handle(wire::Presence&& presence) {
   const auto at = process_by_name_.find(presence.process);
   if (at == process_by_name_.end() || presence.agents != placement_.processes[at->second].agents) {
-    spdlog::warn("a process of host {} (pid {}) says it hosts agents from {} on, which this run does not place so: left alone",
-                 presence.host, presence.pid, presence.process);
+    remarks_.push_back("a process of host " + presence.host + " (pid " + std::to_string(presence.pid) + ") says it hosts agents from " +
+                       std::to_string(presence.process) + " on, which this run does not place so: left alone");
     return;
   }
   ProcessState& state = states_[at->second];
@@ -349,6 +348,16 @@ wire::Layouts Session::layouts() const {
     }
   }
   return first;
+}
+
+std::vector<std::string> Session::take_remarks() {
+  std::uint64_t rejected = 0;
+  for (const auto& hub : hubs_) rejected += hub->rejected();
+  if (rejected > rejected_told_) {
+    remarks_.push_back(std::to_string(rejected - rejected_told_) + " samples broke a bound of the wire and were left out");
+    rejected_told_ = rejected;
+  }
+  return std::exchange(remarks_, {});
 }
 
 void Session::shut_down() {

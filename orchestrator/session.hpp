@@ -38,6 +38,8 @@ class Session {
   void step(const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Asks every process whom it waits for; a text for a person.
   std::string who_waits();
+  /// What is worth keeping but ends no run: strangers, samples that were refused. Each is told once.
+  std::vector<std::string> take_remarks();
   /// Ends the processes politely.
   void shut_down();
 
@@ -85,6 +87,8 @@ class Session {
   std::uint32_t epoch_ = 0;
   std::map<AgentId, wire::Layouts> layouts_;
   bool leaving_ = false;
+  std::vector<std::string> remarks_;
+  std::uint64_t rejected_told_ = 0;
 
   std::mutex mutex_;  // guards news_
   std::condition_variable arrived_;

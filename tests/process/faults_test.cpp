@@ -196,6 +196,7 @@ TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
   ASSERT_TRUE(eventually([&] { return !stranger.err().empty(); }));
   Command run(kShort, {"--name", name, "--domain", "64"});
   EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  EXPECT_NE(run.program->err().find("does not place so"), std::string::npos) << run.program->err();
   EXPECT_EQ(stranger.wait(60), 2) << stranger.err();
   EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();
 }
