@@ -23,8 +23,9 @@ using dds::core::policy::IgnoreLocal;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
-/// What a topic is called, how it is typed, and whether late readers get what was last written. Everything is reliable and keep-all:
-/// nothing that steers or records a run may be lost. The high watermark of dds::configuration keeps writes from blocking.
+/// What a topic is called and how it is typed. Everything is reliable and keep-all: nothing that steers or records a run may be lost, and
+/// the high watermark of dds::configuration keeps writes from blocking. Everything is transient-local too: a reader that is told of a match
+/// before its connection is complete still gets what was written last, and nobody writes twice before the first was answered.
 template <class T>
 struct TopicOf;
 template <>
