@@ -4,10 +4,10 @@
 
 #include "core/layout.hpp"
 #include "core/mailbox.hpp"
+#include "core/value_doc.hpp"
 #include "core/values.hpp"
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <string_view>
 
@@ -19,9 +19,14 @@ struct Sense {
   Seconds dt = 1.0;
   std::span<const Neighbour> in_neighbours;  ///< N_i(k) with weights w_ij(k), ascending
   std::size_t out_degree = 0;                ///< how many agents receive from i in round k (mu_i)
-  std::optional<Vector> y;                   ///< measurement, absent without a plant
+  std::span<const double> y;                 ///< y_i(k), what the plant lets i measure; empty without a plant
   AgentId self{};                            ///< i, for the text of errors; 0: not said
 };
+
+inline const Values& no_values() {
+  static const Values none;
+  return none;
+}
 
 /// What a protocol is told when it starts.
 struct Setup {
@@ -29,14 +34,8 @@ struct Setup {
   std::size_t agents = 1;
   Seconds dt = 1.0;
   const Values& initial;
-};
-
-/// Documents one parameter or initial value; `validate` and `list` use it.
-struct ValueDoc {
-  std::string_view name;
-  std::string_view shape;     ///< e.g. "scalar", "vector n", "covariance n x n (scalar, diagonal or matrix)"
-  std::string_view fallback;  ///< default as text; empty: required
-  std::string_view meaning;   ///< one line with unit and symbol
+  const Values& model = no_values();  ///< what the agent knows of its own dynamics (A, B, C, ...); empty without a plant
+  std::size_t measurement_size = 0;   ///< of y_i; 0 without a plant
 };
 
 /// The type-erased protocol, the only class the drivers know.
@@ -51,6 +50,10 @@ class Protocol {
   virtual void absorb(const Sense&, Inbox) = 0;
   /// Writes the current estimate; `out.size() == estimate_layout().size()`.
   virtual void estimate(std::span<double> out) const = 0;
+  /// Length of u_i; 0: this protocol steers nothing.
+  [[nodiscard]] virtual std::size_t control_size() const = 0;
+  /// Writes u_i of the round that was absorbed last; `out.size() == control_size()`.
+  virtual void control(std::span<double> out) const = 0;
 };
 
 }  // namespace consort

@@ -38,18 +38,41 @@ concept MessageSpec = std::default_initializable<M> && std::copyable<M> && requi
   == std::tuple_size_v<std::remove_cvref_t<decltype(M::field_names)>>;
 };
 
-/// A whole algorithm: five pure static functions and what there is to say about it.
+/// How a protocol makes its parameters: from the values and the dimension of the initial x, or, where it needs to know more (its own
+/// dynamics A, B, C, what it measures), from the values and the set-up.
+template <class P>
+concept MakesParamsFromDimension = requires(const Values& values, Eigen::Index n) {
+  { P::params(values, n) } -> std::same_as<typename P::Params>;
+};
+template <class P>
+concept MakesParamsFromSetup = requires(const Values& values, const Setup& setup) {
+  { P::params(values, setup) } -> std::same_as<typename P::Params>;
+};
+
+/// A protocol that steers: u_i of the round that led to state s (m x 1).
+template <class P>
+concept Steers = requires(const typename P::Params& p, const typename P::State& s) {
+  Vector(P::control(p, s));
+};
+
+/// A protocol whose estimate is more than one vector x says what the numbers are, in the order of `estimate`.
+template <class P>
+concept NamesItsEstimate = requires(const typename P::State& s) {
+  { P::estimate_fields(s) } -> std::same_as<std::vector<Field>>;
+};
+
+/// A whole algorithm: a few pure static functions and what there is to say about it.
 template <class P>
 concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typename P::State> && std::copyable<typename P::Params> &&
-    requires(const typename P::Params& p, const typename P::State& s, const Values& values, const Setup& setup, const Sense& sense,
-             HeardInbox<typename P::Message> inbox, Eigen::Index n) {
+    requires(const typename P::Params& p, const typename P::State& s, const Setup& setup, const Sense& sense,
+             HeardInbox<typename P::Message> inbox) {
   { P::name } -> std::convertible_to<std::string_view>;
   { P::summary } -> std::convertible_to<std::string_view>;
   { P::source } -> std::convertible_to<std::string_view>;
   { P::assumptions } -> std::convertible_to<std::string_view>;
   std::span<const ValueDoc>(P::parameters);
   std::span<const ValueDoc>(P::initial);
-  { P::params(values, n) } -> std::same_as<typename P::Params>;
+  requires MakesParamsFromDimension<P> || MakesParamsFromSetup<P>;
   { P::init(p, setup) } -> std::same_as<typename P::State>;
   { P::message(p, s, sense) } -> std::same_as<typename P::Message>;
   { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
@@ -98,14 +121,6 @@ Layout layout_of(const M& message) {
   return layout;
 }
 
-inline void require_known(std::string_view protocol, const Values& values, std::span<const ValueDoc> docs) {
-  std::vector<std::string_view> known;
-  for (const ValueDoc& doc : docs) known.push_back(doc.name);
-  for (const Values::Entry& entry : values.entries())
-    if (std::find(known.begin(), known.end(), entry.name) == known.end())
-      throw ConfigError("protocol " + std::string(protocol) + ": " + unknown_word("parameter", entry.name, known));
-}
-
 }  // namespace detail
 
 /// Holds parameters and state of one agent and translates between typed messages and bare doubles (fields one after the other,
@@ -118,11 +133,15 @@ class ProtocolOf final : public Protocol {
   /// Throws ConfigError on an unknown parameter and whatever `P::params` and `P::init` refuse.
   ProtocolOf(const Values& parameters, const Setup& setup)
       : self_(setup.self),
-        params_((detail::require_known(P::name, parameters, P::parameters), P::params(parameters, dimension_of(setup)))),
+        params_((require_known("protocol " + std::string(P::name), "parameter", parameters, P::parameters), params_of(parameters, setup))),
         state_(P::init(params_, setup)),
-        prototype_(P::message(params_, state_, Sense{})),
+        prototype_(first_message(setup)),
         message_layout_(detail::layout_of(prototype_)) {
-    estimate_layout_.fields = {{"x", static_cast<std::size_t>(P::estimate(state_).size()), 1}};
+    if constexpr (NamesItsEstimate<P>)
+      estimate_layout_.fields = P::estimate_fields(state_);
+    else
+      estimate_layout_.fields = {{"x", static_cast<std::size_t>(P::estimate(state_).size()), 1}};
+    if constexpr (Steers<P>) control_size_ = static_cast<std::size_t>(P::control(params_, state_).size());
   }
 
   [[nodiscard]] const Layout& message_layout() const override { return message_layout_; }
@@ -146,18 +165,36 @@ class ProtocolOf final : public Protocol {
       std::apply([&](auto&... value) { (detail::get(from, value), ...); }, Message::fields(heard.message));
     }
     state_ = P::transition(params_, state_, sense, HeardInbox<Message>(heard_.data(), inbox.size()));
-    if (!P::estimate(state_).allFinite()) refuse_estimate(sense.k);
+    if (!P::estimate(state_).allFinite()) refuse(sense.k, "the estimate");
+    if constexpr (Steers<P>) {
+      if (!P::control(params_, state_).allFinite()) refuse(sense.k, "the control");
+    }
   }
 
   void estimate(std::span<double> out) const override {
     Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::estimate(state_);
   }
 
+  [[nodiscard]] std::size_t control_size() const override { return control_size_; }
+  void control([[maybe_unused]] std::span<double> out) const override {
+    if constexpr (Steers<P>) Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::control(params_, state_);
+  }
+
  private:
-  static Eigen::Index dimension_of(const Setup& setup) { return setup.initial.vector("x").size(); }
-  [[noreturn]] void refuse_estimate(Round k) const {
-    throw RunError(std::string(P::name) + ": agent " + std::to_string(self_.value) + ", round " + std::to_string(k) +
-                   ": the estimate is no longer finite");
+  static typename P::Params params_of(const Values& parameters, const Setup& setup) {
+    if constexpr (MakesParamsFromSetup<P>)
+      return P::params(parameters, setup);
+    else
+      return P::params(parameters, setup.initial.vector("x").size());
+  }
+  /// Has the shapes of every message; what the agent will measure is still zero.
+  [[nodiscard]] Message first_message(const Setup& setup) const {
+    const std::vector<double> y(setup.measurement_size, 0.0);
+    return P::message(params_, state_, Sense{.in_neighbours = {}, .y = y, .self = setup.self});
+  }
+  [[noreturn]] void refuse(Round k, const char* what) const {
+    throw RunError(std::string(P::name) + ": agent " + std::to_string(self_.value) + ", round " + std::to_string(k) + ": " + what +
+                   " is no longer finite");
   }
 
   AgentId self_;
@@ -165,6 +202,7 @@ class ProtocolOf final : public Protocol {
   typename P::State state_;
   Message prototype_;  // has the shapes of every message
   Layout message_layout_, estimate_layout_;
+  std::size_t control_size_ = 0;
   std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused
 };
 

@@ -33,10 +33,24 @@ std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
   }
 }
 
+template <class Spec>
+ProtocolEntry described(decltype(ProtocolEntry::make) make) {
+  bool needs_plant = false;
+  if constexpr (requires { Spec::needs_plant; }) needs_plant = Spec::needs_plant;
+  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, needs_plant, make};
+}
+
 template <template <int> class P>
 ProtocolEntry entry() {
-  using Spec = P<Eigen::Dynamic>;
-  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, &make<P>};
+  return described<P<Eigen::Dynamic>>(&make<P>);
+}
+
+/// A protocol whose sizes follow from the plant.
+template <class P>
+ProtocolEntry entry() {
+  return described<P>([](const Values& parameters, const Setup& setup) -> std::unique_ptr<Protocol> {
+    return std::make_unique<ProtocolOf<P>>(parameters, setup);
+  });
 }
 
 }  // namespace
@@ -49,6 +63,19 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<UnbiasedInformationConsensus>(),
   };
   return table;
+}
+
+std::unique_ptr<Protocol> make_protocol(const ProtocolEntry& entry, const Values& parameters, const Setup& setup,
+                                        std::optional<std::size_t> plant_controls) {
+  const std::string who = "protocol " + std::string(entry.name);
+  if (entry.needs_plant && !plant_controls)
+    throw ConfigError(who + ": it measures and steers a plant; the experiment needs a 'plant' section");
+  auto protocol = entry.make(parameters, setup);
+  const std::size_t controls = protocol->control_size();
+  if (plant_controls && controls > 0 && controls != *plant_controls)
+    throw ConfigError(who + ": it gives " + std::to_string(controls) + " controls; the plant takes " + std::to_string(*plant_controls) +
+                      " from agent " + std::to_string(setup.self.value));
+  return protocol;
 }
 
 const ProtocolEntry& find_protocol(std::string_view name) {

@@ -4,6 +4,7 @@
 #include "agent/protocol.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -16,11 +17,16 @@ struct ProtocolEntry {
   std::string_view assumptions;  ///< what theory asks for, one line
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
+  bool needs_plant = false;  ///< it measures or steers a plant, and an experiment without one is a mistake
   /// Throws ConfigError (naming parameter, what was found, what is allowed).
   std::unique_ptr<Protocol> (*make)(const Values& parameters, const Setup& setup);
 };
 
 std::span<const ProtocolEntry> protocol_table();
+/// Makes one agent's protocol. Throws ConfigError, also if the protocol needs a plant and `plant_controls` says that there is none, or if
+/// u_i has another length than the plant takes (`plant_controls`).
+std::unique_ptr<Protocol> make_protocol(const ProtocolEntry& entry, const Values& parameters, const Setup& setup,
+                                        std::optional<std::size_t> plant_controls);
 /// Throws ConfigError naming the nearest match.
 const ProtocolEntry& find_protocol(std::string_view name);
 

@@ -34,6 +34,19 @@ Matrix value_of(const PerAgent::Uniform& source, AgentId agent, std::size_t, std
   return value;
 }
 
+Values initial_values(const std::vector<NamedPerAgent>& initial, const std::map<AgentId, AgentOverride>& overrides, AgentId agent,
+                      std::size_t agents, Seed seed) {
+  Values values;
+  for (const auto& [value_name, per_agent] : initial) values.set(value_name, per_agent.of(agent, agents, value_name, seed));
+  const auto it = overrides.find(agent);
+  return it == overrides.end() ? values : values.overridden_by(it->second.initial);
+}
+
+Values parameter_values(const Values& common, const std::map<AgentId, AgentOverride>& overrides, AgentId agent) {
+  const auto it = overrides.find(agent);
+  return it == overrides.end() ? common : common.overridden_by(it->second.parameters);
+}
+
 /// Reports of all agents, summed over the run, that a trace may hold unless the user asks for more.
 constexpr std::uint64_t kReportBudget = 100'000;
 
@@ -44,16 +57,28 @@ Matrix PerAgent::of(AgentId agent, std::size_t agents, std::string_view name, Se
   return std::visit([&](const auto& kind) { return value_of(kind, agent, agents, name, seed); }, source);
 }
 
-Values Experiment::initial_of(AgentId agent, Seed run_seed) const {
-  Values values;
-  for (const auto& [value_name, per_agent] : initial) values.set(value_name, per_agent.of(agent, agents, value_name, run_seed));
-  const auto it = overrides.find(agent);
-  return it == overrides.end() ? values : values.overridden_by(it->second.initial);
-}
+Values Experiment::initial_of(AgentId agent, Seed run_seed) const { return initial_values(initial, overrides, agent, agents, run_seed); }
 
 Values Experiment::parameters_of(const ProtocolChoice& protocol, AgentId agent) const {
-  const auto it = overrides.find(agent);
-  return it == overrides.end() ? protocol.parameters : protocol.parameters.overridden_by(it->second.parameters);
+  return parameter_values(protocol.parameters, overrides, agent);
+}
+
+Values PlantSpec::initial_of(AgentId agent, std::size_t agents, Seed run_seed) const {
+  return initial_values(initial, overrides, agent, agents, run_seed);
+}
+
+Values PlantSpec::parameters_of(AgentId agent) const { return parameter_values(parameters, overrides, agent); }
+
+Presence Experiment::presence_of(AgentId agent) const {
+  const auto it = presence.find(agent);
+  return it == presence.end() ? Presence{} : it->second;
+}
+
+std::vector<AgentId> Experiment::sensed_by(AgentId agent, const Graph& support) const {
+  std::vector<AgentId> sensed{agent};
+  if (plant && plant->sensing == PlantSpec::Sensing::neighbours)
+    for (const Neighbour& neighbour : support.in_neighbours(agent)) sensed.push_back(neighbour.id);
+  return sensed;
 }
 
 Round Experiment::report_interval() const {

@@ -54,6 +54,48 @@ struct AgentOverride {
   Values parameters;
 };
 
+/// A signal that disturbs the plant, held over whole rounds. Amplitudes are scalars (every component alike) or one number per component.
+struct Disturbance {
+  enum class On { state, input, measurement };
+  /// Zero mean, covariance as expand_covariance() takes it: of each held sample, or, as an `intensity`, of continuous-time white noise
+  /// (unit^2 s), which is scaled by the time it is held: over h, N(0, W / h) per sample and N(0, W h) per state increment.
+  struct Gaussian {
+    Matrix covariance;
+    bool intensity = false;
+  };
+  struct Uniform {
+    Matrix bound;  ///< in [-bound, bound)
+  };
+  struct Sinusoid {
+    PerAgent amplitude;
+    double frequency = 1.0;  ///< rad/s
+    PerAgent phase;          ///< rad, at t = 0
+  };
+  struct Constant {
+    PerAgent value;
+  };
+  On on = On::measurement;
+  std::variant<Gaussian, Uniform, Sinusoid, Constant> signal;
+  Round hold_rounds = 1;
+  std::vector<AgentId> agents;  ///< ascending; empty: all
+};
+
+/// The physics between actuation and measurement.
+struct PlantSpec {
+  enum class Sensing {
+    own,        ///< an agent measures its own subsystem
+    neighbours  ///< and those of everybody who may ever be its in-neighbour: y_i = (y_ii, y_ij, ...), j ascending
+  };
+  std::string model;
+  Values parameters;
+  std::vector<NamedPerAgent> initial;
+  std::map<AgentId, AgentOverride> overrides;
+  Sensing sensing = Sensing::own;
+  std::vector<Disturbance> disturbances;
+  [[nodiscard]] Values initial_of(AgentId agent, std::size_t agents, Seed run_seed) const;
+  [[nodiscard]] Values parameters_of(AgentId agent) const;
+};
+
 using TopologySpec = Schedule::Spec;
 
 struct Experiment {
@@ -71,7 +113,9 @@ struct Experiment {
   TopologySpec topology;
   std::string topology_text;  ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
   std::vector<LinkEvent> link_events;
+  std::map<AgentId, Presence> presence;  ///< of agents that join or leave on the way; all others are there throughout
   LinkModel links;
+  std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
   std::optional<Convergence> convergence;
   Seconds deadline = 300.0;           ///< wall clock, for the whole run
@@ -81,7 +125,10 @@ struct Experiment {
   std::vector<std::string> criteria;
   std::string resolved_text;  ///< canonical text of the resolved experiment (YAML), kept with the results
 
-  [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed); }
+  [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed, presence); }
+  [[nodiscard]] Presence presence_of(AgentId agent) const;
+  /// Whose subsystems agent i measures: itself, then (sensing neighbours) everybody who may ever be its in-neighbour, ascending.
+  [[nodiscard]] std::vector<AgentId> sensed_by(AgentId agent, const Graph& support) const;
   /// The initial values of one agent: `initial`, with that agent's override on top.
   [[nodiscard]] Values initial_of(AgentId agent, Seed run_seed) const;
   /// The protocol's parameters for one agent: common ones, with that agent's override on top.

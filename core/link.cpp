@@ -3,7 +3,6 @@
 #include "core/errors.hpp"
 #include "core/values.hpp"
 
-#include <cmath>
 #include <string>
 
 namespace consort {
@@ -12,14 +11,6 @@ namespace {
 
 constexpr Purpose kLoss{"link loss"};
 constexpr Purpose kNoise{"link noise"};
-
-/// F with F F^T = covariance. LDLT with pivoting, because the covariance may be singular.
-Matrix factor_of(const Matrix& covariance) {
-  const Eigen::LDLT<Matrix> ldlt(covariance);
-  const Vector deviations = ldlt.vectorD().cwiseMax(0.0).cwiseSqrt();
-  Matrix factor = Matrix(ldlt.matrixL()) * deviations.asDiagonal();
-  return ldlt.transpositionsP().transpose() * factor;
-}
 
 }  // namespace
 
@@ -30,14 +21,7 @@ Link::Link(Edge edge, const LinkSpec& spec, Eigen::Index noise_dimension, Seed s
     throw ConfigError("link " + name + ": loss probability " + std::to_string(loss_probability_) + "; allowed: 0 to 1");
   }
   if (spec.noise_covariance.size() > 0) {
-    const Matrix covariance = expand_covariance(spec.noise_covariance, noise_dimension, "noise_covariance of link " + name);
-    if (covariance.size() > 0 && !covariance.isZero(0.0)) {
-      if (covariance.isDiagonal(0.0)) {
-        deviations_ = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-      } else {
-        factor_ = factor_of(covariance);
-      }
-    }
+    noise_ = Gaussian(expand_covariance(spec.noise_covariance, noise_dimension, "noise_covariance of link " + name));
   }
   ideal_ = loss_probability_ == 0.0 && delay_rounds_ == 0 && !noisy();
 }
@@ -48,19 +32,7 @@ bool Link::lost(Round sent) const {
 }
 
 void Link::add_noise(Round sent, std::span<double> field) const {
-  if (!noisy()) return;
-  check(static_cast<Eigen::Index>(field.size()) == deviations_.size() + factor_.rows(),
-        "Link::add_noise: the field has another size than the covariance");
-  Stream stream = seed_.stream(kNoise, edge_.from.value, edge_.to.value, sent);
-  Eigen::Map<Vector> disturbed(field.data(), static_cast<Eigen::Index>(field.size()));
-  for (Eigen::Index c = 0; c < disturbed.size(); ++c) {
-    const double draw = stream.normal();
-    if (factor_.size() > 0) {
-      disturbed += draw * factor_.col(c);
-    } else {
-      disturbed(c) += draw * deviations_(c);
-    }
-  }
+  noise_.add(seed_.stream(kNoise, edge_.from.value, edge_.to.value, sent), field);
 }
 
 }  // namespace consort

@@ -1,6 +1,7 @@
 #pragma once
 /// What a link does to the messages that cross it: loss, delay, additive noise. All draws keyed by (sender, receiver, round).
 
+#include "core/gaussian.hpp"
 #include "core/random.hpp"
 #include "core/types.hpp"
 
@@ -36,7 +37,7 @@ class Link {
   [[nodiscard]] Round delay([[maybe_unused]] Round sent) const {
     return delay_rounds_;
   }  ///< rounds that the message of round `sent` is under way
-  [[nodiscard]] bool noisy() const { return deviations_.size() > 0 || factor_.size() > 0; }
+  [[nodiscard]] bool noisy() const { return !noise_.zero(); }
   void add_noise(Round sent, std::span<double> field) const;  ///< adds N(0, covariance)
   [[nodiscard]] bool ideal() const { return ideal_; }
 
@@ -45,8 +46,7 @@ class Link {
   Seed seed_;
   double loss_probability_;
   Round delay_rounds_;
-  Vector deviations_;  // diagonal covariance: its square root
-  Matrix factor_;      // any other covariance: F with F F^T = covariance
+  Gaussian noise_;
   bool ideal_;
 };
 

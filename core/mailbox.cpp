@@ -6,13 +6,15 @@
 
 namespace consort {
 
-Mailbox::Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window)
+Mailbox::Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window,
+                 Round first)
     : senders_(std::move(senders)),
       counters_(senders_.size()),
       size_(layout.size()),
       noise_offset_(layout.noise_offset),
       noise_size_(layout.noise_size),
-      window_(window) {
+      window_(window),
+      next_(first) {
   check(noise_offset_ + noise_size_ <= size_, "Mailbox: the disturbed part lies within the message");
   check(senders_.size() < kUnknown, "Mailbox: too many senders");
   AgentId previous{0};

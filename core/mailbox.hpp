@@ -34,7 +34,9 @@ class Mailbox {
 
   /// `senders`: every agent that may ever be an in-neighbour, ascending. `window`: how far ahead of this agent a sender may be, rounds.
   /// Throws ConfigError on a link that makes no sense (loss probability, size or definiteness of the noise covariance).
-  Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window);
+  /// The first round to take is `first`.
+  Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window,
+          Round first = 0);
 
   /// Takes a copy of what `from` emitted in round `sent`. Order of calls never matters. No allocation in steady state.
   /// `stale`: that round has been taken. `too_early`: more than `window` rounds ahead of the next round to take. `duplicate`: the first one

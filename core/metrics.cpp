@@ -21,26 +21,32 @@ void put(Metrics& out, const std::string& name, const Vector& value) {
   for (Eigen::Index c = 0; c < value.size(); ++c) out[name + "[" + std::to_string(c) + "]"] = value[c];
 }
 
-/// The final estimates, one column per agent.
-Eigen::Map<const Matrix> final_estimates(const Trace& trace) {
-  return {trace.final_estimate(agent_at(0)).data(), static_cast<Eigen::Index>(trace.dimension), static_cast<Eigen::Index>(trace.agents)};
+/// What the agents agree on at the end (final estimates, or final states where they steer the plant), one column per agent that is there.
+Matrix final_values(const Trace& trace) {
+  const auto rows = static_cast<Eigen::Index>(trace.agreed_dimension());
+  const Eigen::Map<const Matrix> all(trace.agreed_at(trace.rounds.size() - 1).data(), rows, static_cast<Eigen::Index>(trace.agents));
+  std::vector<Eigen::Index> present;
+  for (Eigen::Index i = 0; i < all.cols(); ++i)
+    if (!is_absent(all(0, i))) present.push_back(i);
+  return all(Eigen::all, present);
 }
 
 double disagreement_at(const Trace& trace, std::size_t report) {
-  const std::size_t width = trace.agents * trace.dimension;
-  return disagreement(std::span(trace.estimates).subspan(report * width, width), trace.agents, trace.dimension);
+  return disagreement(trace.agreed_at(report), trace.agents, trace.agreed_dimension());
 }
 
 void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  put(out, "consensus_value", final_estimates(trace).rowwise().mean());
+  put(out, "consensus_value", final_values(trace).rowwise().mean());
 }
 
 void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace&, Metrics& out) {
-  put(out, "centralised_value", centralised_estimate(experiment, seed));
+  const Vector centralised = centralised_estimate(experiment, seed);
+  if (centralised.size() > 0) put(out, "centralised_value", centralised);
 }
 
 void bias(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  put(out, "bias", final_estimates(trace).rowwise().mean() - centralised_estimate(experiment, seed));
+  const Vector centralised = centralised_estimate(experiment, seed);
+  if (centralised.size() > 0) put(out, "bias", final_values(trace).rowwise().mean() - centralised);
 }
 
 void final_disagreement(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
@@ -48,7 +54,7 @@ void final_disagreement(const Experiment&, Seed, const ProtocolChoice&, const Tr
 }
 
 void spread(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  const auto finals = final_estimates(trace);
+  const Matrix finals = final_values(trace);
   put(out, "spread", finals.rowwise().maxCoeff() - finals.rowwise().minCoeff());
 }
 
@@ -117,6 +123,7 @@ Vector centralised_estimate(const Experiment& experiment, Seed run_seed) {
   for (std::size_t i = 0; i < experiment.agents; ++i) {
     const AgentId self = agent_at(i);
     const Values initial = experiment.initial_of(self, run_seed);
+    if (!initial.has("x")) return {};
     const Vector x = initial.vector("x");
     if (i == 0) {
       information = Matrix::Zero(x.size(), x.size());

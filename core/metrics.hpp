@@ -26,7 +26,7 @@ std::span<const MetricEntry> metric_table();
 Metrics compute_metrics(const Experiment&, Seed run_seed, const ProtocolChoice&, const Trace&);
 
 /// Centralised estimate (Alighanbari, How 2006, eq. (6)) of the initial values: (sum P_i^-1)^-1 sum P_i^-1 x_i; the mean where no P is
-/// given.
+/// given. Empty where agents start without an estimate x of their own.
 Vector centralised_estimate(const Experiment&, Seed run_seed);
 
 }  // namespace consort

@@ -114,7 +114,7 @@ struct Schedule::Memory {
   std::array<Slot, kSlots> slots;
 };
 
-Schedule::Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed)
+Schedule::Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Presence>& presence)
     : agents_(agents), spec_(std::move(spec)), seed_(seed), memory_(std::make_shared<Memory>()) {
   validate_spec();
   simplify_spec();
@@ -122,7 +122,7 @@ Schedule::Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events,
     std::uint64_t end = 0;
     for (const auto& interval : fixed->intervals) ends_.push_back(end += interval.rounds);
   }
-  build_epochs(std::move(events));
+  build_epochs(std::move(events), presence);
 }
 
 void Schedule::validate_spec() const {
@@ -170,29 +170,44 @@ void Schedule::simplify_spec() {
   }
 }
 
-void Schedule::build_epochs(std::vector<LinkEvent> events) {
+void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Presence>& presence) {
+  const auto require_agent = [this](AgentId id, Round round) {
+    if (id.value >= 1 && id.value <= agents_) return;
+    throw ConfigError("event of round " + std::to_string(round) + ": there is no agent " + std::to_string(id.value) + "; allowed: 1 to " +
+                      std::to_string(agents_));
+  };
   std::stable_sort(events.begin(), events.end(), [](const LinkEvent& a, const LinkEvent& b) { return a.round < b.round; });
-  std::map<Round, std::vector<Edge>> cut_from{{0, {}}};
+  std::set<Round> firsts{0};
+  for (const LinkEvent& event : events) firsts.insert(event.round);
+  for (const auto& [agent, present] : presence) {
+    require_agent(agent, present.from);
+    firsts.insert(present.from);
+    if (present.until != kForEver) firsts.insert(present.until);
+  }
   std::set<Edge> cut;
-  for (const LinkEvent& event : events) {
-    for (const Edge& edge : event.edges) {
-      for (const AgentId id : {edge.from, edge.to}) {
-        if (id.value < 1 || id.value > agents_) {
-          throw ConfigError("event of round " + std::to_string(event.round) + ": there is no agent " + std::to_string(id.value) +
-                            "; allowed: 1 to " + std::to_string(agents_));
+  auto event = events.begin();
+  for (const Round first : firsts) {
+    for (; event != events.end() && event->round <= first; ++event) {
+      for (const Edge& edge : event->edges) {
+        require_agent(edge.from, event->round);
+        require_agent(edge.to, event->round);
+        if (event->heal) {
+          cut.erase(edge);
+        } else {
+          cut.insert(edge);
         }
       }
-      if (event.heal) {
-        cut.erase(edge);
-      } else {
-        cut.insert(edge);
-      }
     }
-    cut_from[event.round] = {cut.begin(), cut.end()};
+    Epoch epoch{first, {cut.begin(), cut.end()}, {}};
+    for (const auto& [agent, present] : presence)
+      if (!present.holds(first)) epoch.absent.push_back(agent);
+    if (epochs_.empty() || epochs_.back().cut != epoch.cut || epochs_.back().absent != epoch.absent) epochs_.push_back(std::move(epoch));
   }
-  for (auto& [first, edges] : cut_from) {
-    if (epochs_.empty() || epochs_.back().cut != edges) epochs_.push_back({first, std::move(edges)});
-  }
+}
+
+bool Schedule::Epoch::lacks(Edge edge) const {
+  return std::binary_search(cut.begin(), cut.end(), edge) || std::binary_search(absent.begin(), absent.end(), edge.from) ||
+         std::binary_search(absent.begin(), absent.end(), edge.to);
 }
 
 std::size_t Schedule::epoch_of(Round k) const {
@@ -237,14 +252,14 @@ std::shared_ptr<const Graph> Schedule::base_graph(std::uint32_t index) const {
 }
 
 std::shared_ptr<const Graph> Schedule::graph_of(std::uint32_t index, std::size_t epoch) const {
-  const auto& cut = epochs_[epoch].cut;
-  if (cut.empty() && std::holds_alternative<FixedSchedule>(spec_)) return base_graph(index);
+  const Epoch& now = epochs_[epoch];
+  if (now.whole() && std::holds_alternative<FixedSchedule>(spec_)) return base_graph(index);
   Memory::Slot& slot = memory_->slots[(index + epoch) % Memory::kSlots];
   if (slot.graph != nullptr && slot.index == index && slot.epoch == epoch) return slot.graph;
   auto graph = base_graph(index);
-  if (!cut.empty()) {
+  if (!now.whole()) {
     auto edges = graph->edges();
-    std::erase_if(edges, [&cut](const WeightedEdge& e) { return std::binary_search(cut.begin(), cut.end(), e.edge); });
+    std::erase_if(edges, [&now](const WeightedEdge& e) { return now.lacks(e.edge); });
     if (edges.size() < graph->edge_count()) graph = std::make_shared<const Graph>(agents_, std::span<const WeightedEdge>(edges));
   }
   slot = {index, epoch, graph};

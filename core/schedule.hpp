@@ -4,6 +4,8 @@
 #include "core/graph.hpp"
 
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <memory>
 #include <variant>
 #include <vector>
@@ -36,6 +38,14 @@ struct LinkEvent {
   bool heal = false;
 };
 
+/// When an agent takes part: rounds [from, until). Edges to and from an absent agent are absent.
+struct Presence {
+  Round from = 0;
+  Round until = std::numeric_limits<Round>::max();
+  [[nodiscard]] bool holds(Round k) const { return k >= from && k < until; }
+  bool operator==(const Presence&) const = default;
+};
+
 /// The topology of every round, a pure function of (specification, seed, round). Safe to ask from several threads; copies share what they
 /// have computed.
 class Schedule {
@@ -43,7 +53,7 @@ class Schedule {
   using Spec = std::variant<FixedSchedule, RandomPairs, RandomLinks>;
   /// Throws ConfigError on an empty list of intervals, an interval of no rounds, a graph with another number of agents, a dwell that is
   /// empty or upside down, a probability outside [0, 1], or an event that names an agent there is not.
-  Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed);
+  Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Presence>& presence = {});
 
   /// Rounds [first, last] share one graph object.
   struct Segment {
@@ -63,10 +73,13 @@ class Schedule {
   [[nodiscard]] bool constant() const;
 
  private:
-  /// From round `first` to the next epoch these edges are cut (ascending).
+  /// From round `first` to the next epoch these edges are cut and these agents absent (both ascending).
   struct Epoch {
     Round first = 0;
     std::vector<Edge> cut;
+    std::vector<AgentId> absent;
+    [[nodiscard]] bool whole() const { return cut.empty() && absent.empty(); }
+    [[nodiscard]] bool lacks(Edge edge) const;
   };
   /// Rounds in which the specification (without events) keeps one graph; `index` names that graph.
   struct Span {
@@ -77,7 +90,7 @@ class Schedule {
 
   void validate_spec() const;
   void simplify_spec();
-  void build_epochs(std::vector<LinkEvent> events);
+  void build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Presence>& presence);
   [[nodiscard]] std::size_t epoch_of(Round k) const;
   [[nodiscard]] Round last_of_epoch(std::size_t epoch) const;
   [[nodiscard]] Span span_of(const FixedSchedule& fixed, Round k) const;

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <vector>
 
 namespace consort {
 
@@ -28,8 +30,12 @@ double disagreement(std::span<const double> estimates, std::size_t agents, std::
   check(estimates.size() == agents * dimension, "disagreement needs agents x dimension estimates");
   if (agents < 2 || dimension == 0) return 0.0;
   // A comparison with a number that is not one is false, and would hide it.
-  if (std::any_of(estimates.begin(), estimates.end(), [](double value) { return std::isnan(value); }))
-    return std::numeric_limits<double>::quiet_NaN();
+  if (std::any_of(estimates.begin(), estimates.end(), [](double value) { return std::isnan(value); })) {
+    std::vector<double> present;
+    std::copy_if(estimates.begin(), estimates.end(), std::back_inserter(present), [](double value) { return !is_absent(value); });
+    if (present.size() == estimates.size()) return std::numeric_limits<double>::quiet_NaN();
+    return disagreement(present, present.size() / dimension, dimension);
+  }
   if (dimension == 1) return range_of(estimates);
   double largest = 0.0;
   for (std::size_t i = 1; i < agents; ++i) {
@@ -40,17 +46,17 @@ double disagreement(std::span<const double> estimates, std::size_t agents, std::
   return std::sqrt(largest);
 }
 
-bool StopRule::ends(const RoundReport& report, std::size_t agents, std::size_t dimension) {
+bool StopRule::ends(Round k, std::span<const double> agreed, std::size_t agents, std::size_t dimension) {
   if (convergence_ && !converged_) {
-    if (disagreement(report.estimates, agents, dimension) <= convergence_->disagreement) {
-      if (!below_since_) below_since_ = report.k;
+    if (disagreement(agreed, agents, dimension) <= convergence_->disagreement) {
+      if (!below_since_) below_since_ = k;
       // The first report below counts as one round.
-      converged_ = std::uint64_t{report.k} - *below_since_ + 1 >= convergence_->for_rounds;
+      converged_ = std::uint64_t{k} - *below_since_ + 1 >= convergence_->for_rounds;
     } else {
       below_since_.reset();
     }
   }
-  return converged_ || report.k >= rounds_;
+  return converged_ || k >= rounds_;
 }
 
 }  // namespace consort

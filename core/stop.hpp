@@ -13,14 +13,14 @@ struct Convergence {
   Round for_rounds = 1;
 };
 
-/// Largest Euclidean distance between two agents' estimates.
+/// Largest Euclidean distance between two agents' numbers; agents that are absent (kAbsent) are left out. Any other NaN makes it NaN.
 double disagreement(std::span<const double> estimates, std::size_t agents, std::size_t dimension);
 
 class StopRule {
  public:
   StopRule(Round rounds, std::optional<Convergence> convergence) : rounds_(rounds), convergence_(convergence) {}
   /// Feed reports in ascending order. True when this report ends the run.
-  bool ends(const RoundReport& report, std::size_t agents, std::size_t dimension);
+  bool ends(Round k, std::span<const double> agreed, std::size_t agents, std::size_t dimension);
   [[nodiscard]] bool converged() const { return converged_; }
 
  private:

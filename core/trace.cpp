@@ -8,11 +8,15 @@ void Trace::add(const RoundReport& report) {
   check(report.estimates.size() == agents * dimension, "Trace::add: the report needs agents x dimension estimates");
   check(report.hashes.size() == agents && report.counters.size() == agents,
         "Trace::add: the report needs one hash and one counter per agent");
+  check(report.states.size() == agents * state_dimension && (state_dimension == 0 || report.state_hashes.size() == agents),
+        "Trace::add: the report needs agents x state dimension states");
   check(rounds.empty() || rounds.back() < report.k, "Trace::add: reports come in ascending order of rounds");
   rounds.push_back(report.k);
   estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
+  states.insert(states.end(), report.states.begin(), report.states.end());
   HistoryHash all;
   for (const std::uint64_t agent_hash : report.hashes) all.mix(agent_hash);
+  for (const std::uint64_t state_hash : report.state_hashes) all.mix(state_hash);
   hash = all.value();
   totals = {};
   for (const AgentCounters& counters : report.counters) {

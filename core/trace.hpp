@@ -40,20 +40,27 @@ struct LinkTotals {
   auto operator<=>(const LinkTotals&) const = default;
 };
 
-/// All agents at the beginning of round k (k = 0: the initial estimates), in agent order.
+/// All agents at the beginning of round k (k = 0: the initial estimates), in agent order. The numbers of an agent that is not there are
+/// kAbsent; its hash and its counters are those of the rounds it was there.
 struct RoundReport {
   Round k = 0;
-  std::span<const double> estimates;        ///< n x dimension, agent after agent
-  std::span<const std::uint64_t> hashes;    ///< n
-  std::span<const AgentCounters> counters;  ///< n
+  std::span<const double> estimates;                 ///< n x dimension, agent after agent
+  std::span<const std::uint64_t> hashes;             ///< n
+  std::span<const AgentCounters> counters;           ///< n
+  std::span<const double> states = {};               ///< n x state dimension: the true states of the plant; empty without a plant
+  std::span<const std::uint64_t> state_hashes = {};  ///< n; empty without a plant
 };
 
 /// The reported rounds of one run, ascending, ending with the last round.
 struct Trace {
   std::size_t agents = 0, dimension = 0;
   Layout estimate_layout;
-  std::vector<Round> rounds;      ///< reported rounds, first 0
-  std::vector<double> estimates;  ///< rounds.size() x agents x dimension
+  std::vector<Round> rounds;        ///< reported rounds, first 0
+  std::vector<double> estimates;    ///< rounds.size() x agents x dimension
+  std::size_t state_dimension = 0;  ///< of an agent's part of the plant; 0 without a plant
+  Layout state_layout;
+  std::vector<double> states;     ///< rounds.size() x agents x state_dimension
+  bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states, not their estimates
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
   Round last_round = 0;           ///< rounds executed
   bool converged = false;         ///< the stop rule's convergence held
@@ -64,6 +71,18 @@ struct Trace {
   [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {
     return std::span(estimates).subspan((report * agents + index_of(agent)) * dimension, dimension);
   }
+  [[nodiscard]] std::span<const double> state_at(std::size_t report, AgentId agent) const {
+    return std::span(states).subspan((report * agents + index_of(agent)) * state_dimension, state_dimension);
+  }
+  /// What the agents are to agree on: agents x agreed_dimension() numbers of one report.
+  [[nodiscard]] std::span<const double> agreed(const RoundReport& report) const {
+    return agrees_on_states ? report.states : report.estimates;
+  }
+  [[nodiscard]] std::span<const double> agreed_at(std::size_t report) const {
+    const std::size_t width = agents * agreed_dimension();
+    return std::span(agrees_on_states ? states : estimates).subspan(report * width, width);
+  }
+  [[nodiscard]] std::size_t agreed_dimension() const { return agrees_on_states ? state_dimension : dimension; }
   [[nodiscard]] std::span<const double> final_estimate(AgentId agent) const { return at(rounds.size() - 1, agent); }
 };
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include <bit>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,10 @@ using AgentId = Id<struct AgentTag>;
 /// Position of an agent in arrays that hold one entry per agent.
 constexpr std::size_t index_of(AgentId agent) { return agent.value - 1; }
 constexpr AgentId agent_at(std::size_t index) { return AgentId{static_cast<std::uint32_t>(index + 1)}; }
+
+/// Stands for every number of an agent that is not there: a NaN that no computation makes.
+inline constexpr double kAbsent = std::bit_cast<double>(std::uint64_t{0x7ff8'0000'ab5e'0000});
+inline bool is_absent(double value) { return std::bit_cast<std::uint64_t>(value) == std::bit_cast<std::uint64_t>(kAbsent); }
 
 /// A directed link: `to` receives what `from` sends (g_{to,from} = 1).
 struct Edge {

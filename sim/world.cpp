@@ -2,8 +2,10 @@
 
 #include "agent/registry.hpp"
 #include "core/mailbox.hpp"
+#include "plant/model_physics.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 namespace consort {
@@ -20,13 +22,25 @@ class World {
 
  private:
   void note_estimate(std::size_t i);
+  void note_states();
+  void begin_presence(Round k);
+  void steer();
+  [[nodiscard]] bool present(std::size_t i, Round k) const { return presence_.empty() || presence_[i].holds(k); }
+  [[nodiscard]] Sense sense_of(std::size_t i, Round k) const;
 
   Seconds dt_;
+  std::vector<Presence> presence_;  // by agent; empty if everybody is there throughout
   Schedule schedule_;
   Schedule::Segment segment_;
   std::vector<std::unique_ptr<Protocol>> protocols_;
   std::vector<Mailbox> mailboxes_;
   std::size_t message_size_ = 0, dimension_ = 0;
+  std::optional<Physics> physics_;
+  bool steers_ = false;
+  std::vector<std::vector<double>> measurements_;  // by agent; empty without a plant
+  std::vector<double> states_;                     // n x state dimension
+  std::vector<HistoryHash> state_histories_;
+  std::vector<std::uint64_t> state_hashes_;
   std::vector<double> payloads_;   // n x message_size_
   std::vector<double> estimates_;  // n x dimension_
   std::vector<HistoryHash> histories_;
@@ -40,10 +54,18 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
   const Graph support = schedule_.support(experiment.rounds);
+  if (experiment.plant) physics_.emplace(plant_task(experiment, seed));
+  if (!experiment.presence.empty())
+    for (std::size_t i = 0; i < n; ++i) presence_.push_back(experiment.presence_of(agent_at(i)));
   for (std::size_t i = 0; i < n; ++i) {
     const AgentId self = agent_at(i);
     const Values initial = experiment.initial_of(self, seed);
-    protocols_.push_back(entry.make(experiment.parameters_of(choice, self), Setup{self, n, dt_, initial}));
+    const Values model = physics_ ? physics_->knowledge(self) : Values{};
+    const std::size_t measurement = physics_ ? physics_->measurement_size(self) : 0;
+    measurements_.emplace_back(measurement);
+    const auto controls = physics_ ? std::optional(physics_->control_size(self)) : std::nullopt;
+    protocols_.push_back(
+        make_protocol(entry, experiment.parameters_of(choice, self), Setup{self, n, dt_, initial, model, measurement}, controls));
     const Layout& layout = protocols_.back()->message_layout();
     if (layout != protocols_.front()->message_layout())
       throw ConfigError("agent " + std::to_string(self.value) +
@@ -51,7 +73,7 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
     constexpr Round kNobodyRunsAhead = 1;
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links, seed, kNobodyRunsAhead);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links, seed, kNobodyRunsAhead, experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
@@ -60,7 +82,42 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   histories_.resize(n);
   hashes_.resize(n);
   counters_.resize(n);
-  for (std::size_t i = 0; i < n; ++i) note_estimate(i);
+  steers_ = physics_ && protocols_.front()->control_size() > 0;
+  if (physics_) {
+    states_.resize(n * physics_->state_layout().size());
+    state_histories_.resize(n);
+    state_hashes_.resize(n);
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    if (present(i, 0)) note_estimate(i);
+  note_states();
+}
+
+Sense World::sense_of(std::size_t i, Round k) const {
+  const AgentId self = agent_at(i);
+  const Graph& graph = *segment_.graph;
+  return {k, dt_, graph.in_neighbours(self), graph.out_degree(self), measurements_[i], self};
+}
+
+void World::note_states() {
+  if (!physics_) return;
+  const std::size_t size = physics_->state_layout().size();
+  for (std::size_t i = 0; i < protocols_.size(); ++i) {
+    if (!present(i, physics_->round())) continue;
+    const std::span<const double> state = physics_->state(agent_at(i));
+    std::copy(state.begin(), state.end(), states_.begin() + static_cast<std::ptrdiff_t>(i * size));
+    state_histories_[i].extend(state);
+  }
+}
+
+/// u of every agent goes to the plant, which moves on.
+void World::steer() {
+  if (!physics_) return;
+  const Round k = physics_->round();
+  for (std::size_t i = 0; steers_ && i < protocols_.size(); ++i)
+    if (present(i, k)) protocols_[i]->control(physics_->control(agent_at(i)));
+  physics_->advance();
+  note_states();
 }
 
 void World::note_estimate(std::size_t i) {
@@ -71,31 +128,44 @@ void World::note_estimate(std::size_t i) {
 
 void World::advance(Round k) {
   if (k > segment_.last) segment_ = schedule_.segment(k);
-  const Graph& graph = *segment_.graph;
   const std::size_t n = protocols_.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const AgentId self = agent_at(i);
-    const Sense sense{k, dt_, graph.in_neighbours(self), graph.out_degree(self), {}, self};
+    if (!present(i, k)) continue;
+    if (physics_) physics_->measure(agent_at(i), measurements_[i]);
+    const Sense sense = sense_of(i, k);
     protocols_[i]->emit(sense, std::span(payloads_.data() + i * message_size_, message_size_));
     counters_[i].sent += sense.out_degree;
   }
   const auto payload_of = [this](std::size_t j) { return std::span<const double>(payloads_.data() + j * message_size_, message_size_); };
   for (std::size_t i = 0; i < n; ++i) {
-    const AgentId self = agent_at(i);
-    const Sense sense{k, dt_, graph.in_neighbours(self), graph.out_degree(self), {}, self};
+    if (!present(i, k)) continue;
+    const Sense sense = sense_of(i, k);
     protocols_[i]->absorb(sense, mailboxes_[i].take_from(k, sense.in_neighbours, payload_of));
     note_estimate(i);
   }
+  steer();
+  begin_presence(k + 1);
+}
+
+/// Whoever joins at round k starts from its initial estimate.
+void World::begin_presence(Round k) {
+  for (std::size_t i = 0; i < presence_.size(); ++i)
+    if (presence_[i].from == k) note_estimate(i);
 }
 
 RoundReport World::report(Round k) {
+  const std::size_t size = physics_ ? physics_->state_layout().size() : 0;
   for (std::size_t i = 0; i < protocols_.size(); ++i) {
     const LinkCounters links = mailboxes_[i].counters();
     counters_[i].delivered = links.delivered;
     counters_[i].lost = links.lost;
     hashes_[i] = histories_[i].value();
+    if (physics_) state_hashes_[i] = state_histories_[i].value();
+    if (present(i, k)) continue;
+    std::fill_n(estimates_.begin() + static_cast<std::ptrdiff_t>(i * dimension_), dimension_, kAbsent);
+    std::fill_n(states_.begin() + static_cast<std::ptrdiff_t>(i * size), size, kAbsent);
   }
-  return {k, estimates_, hashes_, counters_};
+  return {k, estimates_, hashes_, counters_, states_, state_hashes_};
 }
 
 Trace World::empty_trace() const {
@@ -103,6 +173,9 @@ Trace World::empty_trace() const {
   trace.agents = protocols_.size();
   trace.dimension = dimension_;
   trace.estimate_layout = protocols_.front()->estimate_layout();
+  if (physics_) trace.state_layout = physics_->state_layout();
+  trace.state_dimension = trace.state_layout.size();
+  trace.agrees_on_states = steers_;
   return trace;
 }
 
@@ -129,7 +202,7 @@ Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, See
     if (k % interval == 0 || k == experiment.rounds) {
       const RoundReport report = world.report(k);
       trace.add(report);
-      const bool over = stop.ends(report, trace.agents, trace.dimension);
+      const bool over = stop.ends(report.k, trace.agreed(report), trace.agents, trace.agreed_dimension());
       const bool wanted = !sink || sink(report);
       if (over || !wanted) break;
     }

@@ -1,0 +1,69 @@
+#pragma once
+/// The plant of one run: a model with its state, its clock and what disturbs it. simulate() and the plant process drive the same object.
+
+#include "core/gaussian.hpp"
+#include "core/plant_task.hpp"
+#include "plant/model.hpp"
+
+#include <memory>
+
+namespace consort {
+
+class Physics {
+ public:
+  /// Throws ConfigError where the model refuses its values or a disturbance does not fit (naming agent and disturbance).
+  explicit Physics(const PlantTask& task);
+
+  [[nodiscard]] std::size_t agents() const { return parts_.size(); }
+  [[nodiscard]] std::size_t control_size(AgentId i) const { return part(i).m; }
+  [[nodiscard]] std::size_t measurement_size(AgentId i) const { return part(i).p; }
+  /// Names of the numbers of one agent's state, as reports carry it.
+  [[nodiscard]] const Layout& state_layout() const { return model_->state_layout(agent_at(0)); }
+  /// What agent i may know: the model's matrices and, where it senses others, `sensed`: whose outputs y_i holds, in order.
+  [[nodiscard]] Values knowledge(AgentId i) const;
+  [[nodiscard]] bool present(AgentId i, Round k) const { return part(i).presence.holds(k); }
+
+  /// y_i(k) of the round that the state is in.
+  void measure(AgentId i, std::span<double> y) const;
+  /// Where u_i of the round goes before advance(); zero where nothing was written.
+  [[nodiscard]] std::span<double> control(AgentId i) { return std::span(controls_).subspan(part(i).u, part(i).m); }
+  /// From x(k) to x(k + 1), u held. Throws RunError naming agent, round and model when a state is no longer finite.
+  void advance();
+  [[nodiscard]] Round round() const { return k_; }
+  [[nodiscard]] std::span<const double> state(AgentId i) const { return std::span(state_).subspan(part(i).x, part(i).n); }
+
+ private:
+  /// A signal ready to use.
+  struct Source {
+    Disturbance::On on;
+    Signal::Kind kind;
+    std::uint32_t number;
+    Round hold_rounds;
+    double frequency;
+    Vector amplitude, phase;  // one per component
+    Gaussian noise;
+    bool increment = false;  // white noise on the state: added to it after the step, not held
+  };
+  struct Part {
+    std::size_t x, n, u, m, p;  // where state and control lie, and their lengths; length of the measurement
+    std::vector<AgentId> sensed;
+    Presence presence;
+    std::vector<Source> sources;
+  };
+
+  [[nodiscard]] const Part& part(AgentId i) const { return parts_.at(index_of(i)); }
+  [[nodiscard]] Source source_of(AgentId i, const Signal& signal, std::size_t size) const;
+  void add(AgentId i, const Source& source, std::span<double> to) const;
+  void add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const;
+
+  std::string name_;
+  std::unique_ptr<PlantModel> model_;
+  Seed seed_;
+  Seconds dt_;
+  std::vector<Part> parts_;
+  std::vector<double> state_, controls_, disturbances_, inputs_;
+  std::vector<char> active_;
+  Round k_ = 0;
+};
+
+}  // namespace consort

@@ -1,0 +1,36 @@
+#include "plant/registry.hpp"
+
+#include "core/nearest.hpp"
+#include "plant/models/integrator.hpp"
+#include "plant/models/linear.hpp"
+#include "plant/models/sine_drift.hpp"
+
+namespace consort {
+namespace {
+
+template <class M>
+PlantEntry entry() {
+  return {M::name, M::summary, M::parameters, M::initial, &M::make};
+}
+
+}  // namespace
+
+std::span<const PlantEntry> plant_table() {
+  static const std::array table{
+      entry<Integrator>(),
+      entry<Linear>(),
+      entry<SineDrift>(),
+  };
+  return table;
+}
+
+const PlantEntry& find_plant(std::string_view name) {
+  std::vector<std::string_view> known;
+  for (const PlantEntry& entry : plant_table()) {
+    if (entry.name == name) return entry;
+    known.push_back(entry.name);
+  }
+  throw ConfigError(unknown_word("plant model", name, known));
+}
+
+}  // namespace consort
