@@ -1,24 +1,15 @@
 #include "core/values.hpp"
 
 #include "core/errors.hpp"
+#include "core/shapes.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <sstream>
 
 namespace consort {
 
 namespace {
 
-std::string shape_of(const Matrix& value) { return std::to_string(value.rows()) + " x " + std::to_string(value.cols()); }
-
 std::string quoted(std::string_view name) { return "'" + std::string(name) + "'"; }
-
-std::string number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
 
 ConfigError absent(std::string_view name, const std::vector<Values::Entry>& entries) {
   std::string text = "value " + quoted(name) + " is required but was not given; given:";
@@ -42,22 +33,7 @@ Matrix expand_covariance(const Matrix& given, Eigen::Index n, std::string_view n
     throw ConfigError("covariance " + quoted(name) + " is " + shape_of(given) + "; allowed: a scalar, " + size + " x 1 (diagonal) or " +
                       size + " x " + size);
   }
-  if (n == 0) return full;
-  if (!full.allFinite()) throw ConfigError("covariance " + quoted(name) + " has an entry that is not finite");
-  const double scale = full.cwiseAbs().maxCoeff();
-  const double asymmetry = (full - full.transpose()).cwiseAbs().maxCoeff();
-  if (asymmetry > 1e-12 * scale) {
-    throw ConfigError("covariance " + quoted(name) + " is not symmetric: largest difference to its transpose " + number(asymmetry));
-  }
-  full = (0.5 * (full + full.transpose())).eval();
-  const double smallest = Eigen::SelfAdjointEigenSolver<Matrix>(full, Eigen::EigenvaluesOnly).eigenvalues()(0);
-  // A singular matrix may come out with an eigenvalue of the size of the rounding error, on either side of zero.
-  const double rounding = 1e-12 * scale * static_cast<double>(n);
-  if (strictly ? smallest <= (n == 1 ? 0.0 : rounding) : smallest < -rounding) {
-    throw ConfigError("covariance " + quoted(name) + " has the eigenvalue " + number(smallest) +
-                      "; allowed: " + (strictly ? "positive definite" : "positive semidefinite"));
-  }
-  return full;
+  return require_symmetric(full, n, "covariance " + quoted(name), strictly ? Definiteness::definite : Definiteness::semidefinite);
 }
 
 void Values::set(std::string_view name, Matrix value) {

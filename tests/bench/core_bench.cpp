@@ -1,7 +1,8 @@
-/// What the core costs: one Philox draw, one message through a mailbox, one segment of a random schedule. Items per second are draws,
-/// messages, segments.
+/// What the core costs: one Philox draw, one message through a mailbox, one segment of a random schedule, one Riccati equation. Items
+/// per second are draws, messages, segments, equations.
 
 #include "core/mailbox.hpp"
+#include "core/riccati.hpp"
 #include "core/schedule.hpp"
 
 #include <benchmark/benchmark.h>
@@ -94,6 +95,17 @@ void random_links_round(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(random_links_round);
+
+/// A chain of n integrators with one input.
+void riccati(benchmark::State& state) {
+  const Eigen::Index n = state.range(0);
+  Matrix A = Matrix::Zero(n, n);
+  A.diagonal(1).setOnes();
+  const Matrix B = Matrix::Identity(n, n).rightCols(1), Q = Matrix::Identity(n, n), R = Matrix::Identity(1, 1);
+  for (auto _ : state) benchmark::DoNotOptimize(continuous_riccati(A, B, Q, R).residual);
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(riccati)->Arg(2)->Arg(20);
 
 }  // namespace
 }  // namespace consort
