@@ -5,6 +5,7 @@
 #include "core/metrics.hpp"
 #include "orchestrator/script_topology.hpp"
 #include "orchestrator/terminal.hpp"
+#include "plant/registry.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -39,6 +40,13 @@ void list_protocols(const TextStyle& style) {
   }
 }
 
+void list_plants(const TextStyle& style) {
+  for (const PlantEntry& entry : plant_table()) {
+    fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
+    fmt::print("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
+  }
+}
+
 void list_topologies(const TextStyle& style) {
   for (const TopologyEntry& entry : topology_table())
     fmt::print("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style), paragraph(entry.form, 4, style));
@@ -54,22 +62,24 @@ class ListVerb : public Verb {
   explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
     document(app_,
              "list what an experiment may use\n"
-             "protocols: each with its source, what it assumes, its parameters and initial values. topologies: graph families and "
-             "schedules, and how "
-             "they are written. metrics: what can be measured and used in criteria.",
+             "protocols: each with its source, what it assumes, its parameters and initial values. plants: the models agents can steer and "
+             "measure. topologies: graph families and schedules, and how they are written. metrics: what can be measured and used in "
+             "criteria.",
              {{"consort list protocols", "The algorithms."},
               {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
              {{"0", "listed"}, {"2", "there is no such list"}});
     app_.add_option("what", what_, "What to list.")
         ->required()
-        ->type_name("protocols|topologies|metrics")
-        ->check(CLI::IsMember({"protocols", "topologies", "metrics"}));
+        ->type_name("protocols|plants|topologies|metrics")
+        ->check(CLI::IsMember({"protocols", "plants", "topologies", "metrics"}));
   }
 
   Exit execute() override {
     const TextStyle style = style_of(STDOUT_FILENO);
     if (what_ == "protocols")
       list_protocols(style);
+    else if (what_ == "plants")
+      list_plants(style);
     else if (what_ == "topologies")
       list_topologies(style);
     else

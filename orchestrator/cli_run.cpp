@@ -60,15 +60,12 @@ class Scribe : public RunObserver {
   void launching(std::size_t found, std::size_t ready, std::size_t total) override {
     if (progress_) progress_->launching(found, ready, total);
   }
-  void run_begins(const Job& job, const Layout&, const Layout& estimate_layout) override {
+  void run_begins(const Job& job, const RunLayouts& layouts) override {
     if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    record_->begin_run(job, experiment_, estimate_layout);
-    unfinished_.emplace(JobOutcome{job, {}, 0.0});
-    unfinished_->trace.agents = experiment_.agents;
-    unfinished_->trace.dimension = estimate_layout.size();
-    unfinished_->trace.estimate_layout = estimate_layout;
+    record_->begin_run(job, experiment_, layouts);
+    unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
     job_began_ = std::chrono::steady_clock::now();
-    if (progress_) progress_->run_begins(job, estimate_layout.size());
+    if (progress_) progress_->run_begins(job, layouts);
   }
   void report(const Job& job, const RoundReport& report) override {
     round_ = report.k;

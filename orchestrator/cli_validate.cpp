@@ -1,10 +1,10 @@
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 
-#include "agent/registry.hpp"
 #include "orchestrator/portrait.hpp"
 #include "orchestrator/script.hpp"
 #include "orchestrator/theory.hpp"
+#include "sim/world.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -46,11 +46,8 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
 /// A file whose numbers a protocol refuses is invalid, although every key is in its place: builds each agent once.
 void try_protocols(const Experiment& experiment) {
   for (const ProtocolChoice& choice : experiment.protocols) {
-    for (std::size_t i = 0; i < experiment.agents; ++i) {
-      const Values initial = experiment.initial_of(agent_at(i), experiment.seed);
-      find_protocol(choice.name)
-          .make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
-    }
+    const AgentMaker maker(experiment, choice, experiment.seed);
+    for (std::size_t i = 0; i < experiment.agents; ++i) static_cast<void>(maker.make(agent_at(i)));
   }
 }
 

@@ -11,29 +11,38 @@
 
 namespace consort {
 
-/// Tells the observer of cuts and heals as their rounds come up, between the reports.
+/// Tells the observer of cuts, heals, joins and leaves as their rounds come up, between the reports.
 class EventTeller {
  public:
-  EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer)
-      : job_(job), observer_(observer), events_(experiment.link_events) {
-    std::stable_sort(events_.begin(), events_.end(), [](const LinkEvent& a, const LinkEvent& b) { return a.round < b.round; });
+  EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer) : job_(job), observer_(observer) {
+    for (const LinkEvent& event : experiment.link_events) {
+      std::string text;
+      for (const Edge edge : event.edges) text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", edge.from.value, edge.to.value);
+      events_.push_back({event.round, event.heal ? "heal" : "cut", std::move(text)});
+    }
+    for (const auto& [agent, presence] : experiment.presence) {
+      if (presence.from > 0) events_.push_back({presence.from, "join", fmt::format("agent {}", agent.value)});
+      if (presence.until < Presence{}.until) events_.push_back({presence.until, "leave", fmt::format("agent {}", agent.value)});
+    }
+    std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }
   void report(const RoundReport& report) {
     // A report of round k shows what rounds before k did, so what takes effect from round k on is told after it.
-    for (; next_ < events_.size() && events_[next_].round < report.k; ++next_) tell(events_[next_]);
+    for (; next_ < events_.size() && events_[next_].round < report.k; ++next_)
+      observer_.event(job_, events_[next_].round, events_[next_].kind, events_[next_].text);
     observer_.report(job_, report);
   }
 
  private:
-  void tell(const LinkEvent& event) {
+  struct Event {
+    Round round;
+    const char* kind;
     std::string text;
-    for (const Edge edge : event.edges) text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", edge.from.value, edge.to.value);
-    observer_.event(job_, event.round, event.heal ? "heal" : "cut", text);
-  }
+  };
 
   const Job& job_;
   RunObserver& observer_;
-  std::vector<LinkEvent> events_;
+  std::vector<Event> events_;
   std::size_t next_ = 0;
 };
 

@@ -46,8 +46,8 @@ void Progress::launching(std::size_t found, std::size_t ready, std::size_t total
   show(now, "  " + text, text);
 }
 
-void Progress::run_begins(const Job& job, std::size_t dimension) {
-  dimension_ = dimension;
+void Progress::run_begins(const Job& job, const RunLayouts& layouts) {
+  agreement_ = layouts.empty_trace(experiment_.agents);
   rounds_before_ += last_round_;
   last_round_ = 0;
   if (job.number == 0) mark_ = clock_();
@@ -67,7 +67,7 @@ void Progress::report(const Job& job, const RoundReport& report) {
   const std::string run =
       experiment_.runs > 1 ? fmt::format("run {} of {}", job.number % experiment_.runs + 1, experiment_.runs) : std::string();
   // Only computed for what is shown: it compares all pairs of agents.
-  const double apart = disagreement(report.estimates, experiment_.agents, dimension_);
+  const double apart = disagreement(agreement_.agreed(report), experiment_.agents, agreement_.agreed_dimension());
   const std::string figures = fmt::format("{} rounds/s, disagreement {:.3g}", grouped(rate), apart);
   show(now, live_text(run.empty() ? protocol : protocol + ", " + run, report.k, figures),
        fmt::format("{}{}: round {} of {}, {}", protocol, run.empty() ? "" : ", " + run, report.k, experiment_.rounds, figures));

@@ -22,7 +22,7 @@ class Progress {
   Progress(const Experiment& experiment, TextStyle style, Write write, Clock clock = std::chrono::steady_clock::now);
 
   void launching(std::size_t found, std::size_t ready, std::size_t total);
-  void run_begins(const Job& job, std::size_t dimension);
+  void run_begins(const Job& job, const RunLayouts& layouts);
   void report(const Job& job, const RoundReport& report);
   void note(std::string_view text);  ///< a line of its own that stays
   void finish();                     ///< removes the live line
@@ -38,7 +38,7 @@ class Progress {
   Clock clock_;
   std::optional<Time> shown_;
   bool live_line_ = false;
-  std::size_t dimension_ = 0;
+  Trace agreement_;  // knows what of a report the agents are to agree on; holds none
   // Rounds per second: over the time since the last line, whatever jobs the rounds belong to.
   std::uint64_t rounds_before_ = 0, rounds_at_mark_ = 0;
   Round last_round_ = 0;

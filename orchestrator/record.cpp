@@ -46,7 +46,8 @@ CREATE TABLE agents (            -- one row per run and agent; counts up to the 
   history_hash TEXT,             -- over all rounds of this agent
   PRIMARY KEY (run, agent)
 ) WITHOUT ROWID;
-CREATE TABLE estimates (         -- one row per run, reported round and agent; then a column per named value: x, or x_0, x_1, or P_0_0, ...
+CREATE TABLE estimates (         -- one row per run, reported round and agent; then a column per named value: x, or x_0, x_1, or P_0_0, ...,
+                                 -- and plant_position, ... for the true state of the agent's part of the plant; NULL: not there
   run INTEGER NOT NULL, round INTEGER NOT NULL, agent INTEGER NOT NULL,
   PRIMARY KEY (run, round, agent)
 ) WITHOUT ROWID;
@@ -70,9 +71,10 @@ std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(
 std::string hex(std::uint64_t word) { return fmt::format("{:016x}", word); }
 
 /// One name per number of the layout, usable in SQL without quotes: x; x_0, x_1, ...; P_0_0, P_1_0, ... (column-major).
-std::vector<std::string> column_names(const Layout& layout) {
+std::vector<std::string> column_names(const Layout& layout, const std::string& prefix = "") {
   std::vector<std::string> names;
-  for (const Field& field : layout.fields) {
+  for (Field field : layout.fields) {
+    field.name.insert(0, prefix);
     for (std::size_t column = 0; column < field.cols; ++column) {
       for (std::size_t row = 0; row < field.rows; ++row) {
         if (field.size() == 1)
@@ -325,23 +327,32 @@ struct Record::Impl {
 Record::Record(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {}
 Record::~Record() = default;
 
-void Record::begin_run(const Job& job, const Experiment& experiment, const Layout& estimate_layout) {
+void Record::begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts) {
   const std::string& protocol = experiment.protocols.at(job.protocol).name;
-  if (estimate_layout.size() > kMaxValues)
-    throw RunError(
-        fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, estimate_layout.size()));
+  const std::size_t size = layouts.estimate.size() + layouts.state.size();
+  if (size > kMaxValues)
+    throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, size));
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   impl_->current.run = job.number;
-  impl_->hand_over(Begin{job, protocol, utc_now(), experiment.agents, column_names(estimate_layout)});
+  std::vector<std::string> columns = column_names(layouts.estimate);
+  const std::vector<std::string> of_plant = column_names(layouts.state, "plant_");
+  columns.insert(columns.end(), of_plant.begin(), of_plant.end());
+  impl_->hand_over(Begin{job, protocol, utc_now(), experiment.agents, std::move(columns)});
 }
 
 void Record::add(const Job& job, const RoundReport& report) {
   const auto lock = impl_->lock_for_writing();
   const std::size_t agents = report.counters.size();
   auto& values = impl_->pending.values;
-  impl_->hand_over(Rows{job.number, report.k, agents, agents == 0 ? 0 : report.estimates.size() / agents, values.size()});
-  values.insert(values.end(), report.estimates.begin(), report.estimates.end());
+  const std::size_t of_agent = agents == 0 ? 0 : report.estimates.size() / agents,
+                    of_plant = agents == 0 ? 0 : report.states.size() / agents;
+  impl_->hand_over(Rows{job.number, report.k, agents, of_agent + of_plant, values.size()});
+  for (std::size_t i = 0; i < agents; ++i) {
+    const auto estimate = report.estimates.subspan(i * of_agent, of_agent), state = report.states.subspan(i * of_plant, of_plant);
+    values.insert(values.end(), estimate.begin(), estimate.end());
+    values.insert(values.end(), state.begin(), state.end());
+  }
   impl_->current.counters.assign(report.counters.begin(), report.counters.end());
   impl_->current.hashes.assign(report.hashes.begin(), report.hashes.end());
   if (values.size() >= kEagerDoubles) impl_->wake.notify_one();

@@ -17,7 +17,7 @@ class Record {
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
-  void begin_run(const Job& job, const Experiment& experiment, const Layout& estimate_layout);
+  void begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts);
   void add(const Job& job, const RoundReport& report);
   void event(const Job& job, Round round, const std::string& kind, const std::string& text);
   void end_run(const JobOutcome& outcome);

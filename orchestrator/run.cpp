@@ -61,11 +61,10 @@ class JobRun {
 
   JobOutcome run() {
     const wire::Layouts layouts = session_.layouts();
-    trace_.agents = experiment_.agents;
-    trace_.dimension = layouts.estimate.size();
-    trace_.estimate_layout = layouts.estimate;
+    const RunLayouts names{layouts.message, layouts.estimate};
+    trace_ = names.empty_trace(experiment_.agents);
     collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_);
-    observer_.run_begins(job_, layouts.message, layouts.estimate);
+    observer_.run_begins(job_, names);
     started_ = Clock::now();
     last_news_ = started_;
     grant_from(0);
@@ -113,7 +112,7 @@ class JobRun {
       if (over_) return false;
       trace_.add(report);
       teller_.report(report);
-      over_ = stop_.ends(report, trace_.agents, trace_.dimension);
+      over_ = stop_.ends(report.k, trace_.agreed(report), trace_.agents, trace_.agreed_dimension());
       reached = report.k;
       last_news_ = Clock::now();
       stall_told_ = false;

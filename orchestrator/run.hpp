@@ -26,13 +26,30 @@ struct JobOutcome {
   double seconds = 0.0;  ///< wall clock from round 0 to the last round
 };
 
+/// Names of the numbers a run deals with.
+struct RunLayouts {
+  Layout message, estimate;
+  Layout state = {};              ///< of an agent's part of the plant; empty without one
+  bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states
+  [[nodiscard]] Trace empty_trace(std::size_t agents) const {
+    Trace trace;
+    trace.agents = agents;
+    trace.dimension = estimate.size();
+    trace.estimate_layout = estimate;
+    trace.state_dimension = state.size();
+    trace.state_layout = state;
+    trace.agrees_on_states = agrees_on_states;
+    return trace;
+  }
+};
+
 /// Watches a run. All calls come from one thread, in order; run_begins .. run_ends nest per job.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
   /// Processes found (they said hello) and ready (they met their neighbours), of `total`. Not called by simulate.
   virtual void launching(std::size_t found, std::size_t ready, std::size_t total) = 0;
-  virtual void run_begins(const Job& job, const Layout& message_layout, const Layout& estimate_layout) = 0;
+  virtual void run_begins(const Job& job, const RunLayouts& layouts) = 0;
   virtual void report(const Job& job, const RoundReport& report) = 0;
   /// Something worth keeping: an agent died, an event took effect, a stall.
   virtual void event(const Job& job, Round round, const std::string& kind, const std::string& text) = 0;
@@ -44,7 +61,7 @@ struct RunOptions {
   int domain = -1;                      ///< DDS domain; -1: derived from run_name
   std::string interface = "lo";         ///< network interface of all processes (name or address); another than lo for agents on other hosts
   std::filesystem::path log_directory;  ///< one log per process; must exist
-  std::filesystem::path agent_executable;       ///< consort-agent
+  std::filesystem::path agent_executable;       ///< consort-agent; consort-plant stands beside it
   std::vector<AgentId> external;                ///< started by hand, not launched here
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };

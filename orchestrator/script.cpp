@@ -2,6 +2,7 @@
 
 #include "orchestrator/criteria.hpp"
 #include "orchestrator/script_agents.hpp"
+#include "orchestrator/script_plant.hpp"
 #include "orchestrator/script_resolved.hpp"
 #include "orchestrator/script_topology.hpp"
 #include "orchestrator/script_yaml.hpp"
@@ -11,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -51,8 +53,12 @@ class TopLevel {
       if (const auto mode = read_choice(mistakes_, node, "mode", kModes)) out_.mode = *mode == 0 ? Mode::simulate : Mode::lockstep;
     whole("seed", 0, kAnyWhole, [this](std::uint64_t value) { out_.seed = Seed{value}; });
     whole("runs", 1, kMostRuns, [this](std::uint64_t value) { out_.runs = value; });
-    whole("rounds", 1, kMostRounds, [this](std::uint64_t value) { out_.rounds = static_cast<Round>(value); });
     if (const auto node = top_.find("dt"); present(node)) out_.dt = read_number(mistakes_, node, "dt", kPositive).value_or(out_.dt);
+    whole("rounds", 1, kMostRounds, [this](std::uint64_t value) { out_.rounds = static_cast<Round>(value); });
+    if (const auto node = top_.find("duration"); present(node)) {
+      if (present(top_.find("rounds"))) mistakes_.add(node, "duration: found both 'rounds' and 'duration'; allowed: one of them");
+      if (const auto rounds = read_rounds_of_time(node, "duration", 1)) out_.rounds = *rounds;
+    }
     out_.mode = overrides_.mode.value_or(out_.mode);
     if (overrides_.seed) out_.seed = Seed{*overrides_.seed};
     out_.runs = overrides_.runs.value_or(out_.runs);
@@ -81,6 +87,17 @@ class TopLevel {
     out_.metrics = texts("metrics");
     out_.criteria = texts("criteria");
     check_metrics();
+  }
+
+  /// A time as a number of rounds, at least `least`.
+  std::optional<Round> read_rounds_of_time(const YAML::Node& node, const std::string& what, Round least) {
+    const auto seconds = read_duration(mistakes_, node, what);
+    if (!seconds) return std::nullopt;
+    const double rounds = std::round(*seconds / out_.dt);
+    if (rounds >= static_cast<double>(least) && rounds <= static_cast<double>(kMostRounds)) return static_cast<Round>(rounds);
+    mistakes_.add(node, fmt::format("{}: found {}, {} rounds of dt = {} s; allowed: {} to {} rounds", what, describe(node),
+                                    number_text(rounds), number_text(out_.dt), least, kMostRounds));
+    return std::nullopt;
   }
 
   // Once the rest of the experiment is known to hold: measures named by criteria exist.
@@ -189,21 +206,73 @@ class TopLevel {
       const std::string what = fmt::format("events[{}]", i);
       const Section section(mistakes_, node[i], what, "/definitions/event");
       if (!section.is_map()) continue;
-      LinkEvent event;
-      // A run shortened on the command line may end before the file's last event.
-      const std::uint64_t last = overrides_.rounds ? kMostRounds : out_.rounds - 1;
-      if (const auto round = section.required("round"); present(round))
-        event.round = static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
-      const auto cut = section.find("cut"), heal = section.find("heal");
-      if (present(cut) == present(heal)) {
-        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of 'cut' and 'heal'", what,
-                                           present(cut) ? "both 'cut' and 'heal'" : "neither 'cut' nor 'heal'"));
+      const auto round = read_event_round(section, node[i], what);
+      std::vector<std::string> found;
+      for (const char* key : {"cut", "heal", "join", "leave"})
+        if (present(section.find(key))) found.emplace_back(key);
+      if (found.size() != 1) {
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of cut, heal, join, leave", what, listed(found)));
         continue;
       }
-      event.heal = present(heal);
-      event.edges = read_edges(mistakes_, event.heal ? heal : cut, section.path(event.heal ? "heal" : "cut"), out_.agents);
+      const YAML::Node value = section.find(found[0]);
+      if (found[0] == "join" || found[0] == "leave") {
+        read_presence(value, section.path(found[0]), round, found[0] == "join");
+        continue;
+      }
+      LinkEvent event{round, {}, found[0] == "heal"};
+      event.edges = read_edges(mistakes_, value, section.path(found[0]), out_.agents);
       out_.link_events.push_back(std::move(event));
     }
+    check_presence(node);
+  }
+
+  Round read_event_round(const Section& section, const YAML::Node& node, const std::string& what) {
+    // A run shortened on the command line may end before the file's last event.
+    const std::uint64_t last = overrides_.rounds ? kMostRounds : out_.rounds - 1;
+    const auto round = section.find("round"), time = section.find("time");
+    if (present(round) == present(time)) {
+      mistakes_.add(node, fmt::format("{}: found {}; allowed: exactly one of 'round' and 'time'", what,
+                                      present(round) ? "both 'round' and 'time'" : "neither 'round' nor 'time'"));
+      return 0;
+    }
+    if (present(round)) return static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
+    const Round at = read_rounds_of_time(time, what + ".time", 0).value_or(0);
+    if (at > last)
+      mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {} rounds", what + ".time",
+                                      describe(time), at, out_.rounds));
+    return at;
+  }
+
+  /// `join: 5` or `leave: [2, 3]`.
+  void read_presence(const YAML::Node& node, const std::string& what, Round round, bool joins) {
+    const YAML::Node list = node.IsSequence() ? node : YAML::Node(std::vector<YAML::Node>{node});
+    for (const auto& entry : list) {
+      const auto id = whole_number(entry);
+      if (!id || *id < 1 || *id > out_.agents) {
+        mistakes_.add(node,
+                      fmt::format("{}: found {}; allowed: an agent from 1 to {}, or a list of agents", what, describe(entry), out_.agents));
+        continue;
+      }
+      const AgentId agent{static_cast<std::uint32_t>(*id)};
+      Presence& presence = out_.presence[agent];
+      const bool twice = joins ? presence.from > 0 : presence.until < Presence{}.until;
+      if (twice || round == 0) {
+        mistakes_.add(node, fmt::format("{}: found agent {} {}; allowed: each agent joins and leaves at most once, after round 0", what,
+                                        *id, twice ? "a second time" : "in round 0"));
+        continue;
+      }
+      (joins ? presence.from : presence.until) = round;
+    }
+  }
+
+  void check_presence(const YAML::Node& node) {
+    for (const auto& [agent, presence] : out_.presence)
+      if (presence.from >= presence.until)
+        mistakes_.add(node, fmt::format("events: found agent {} leaving in round {} and joining in round {}; allowed: join before leave",
+                                        agent.value, presence.until, presence.from));
+    const bool someone = std::any_of(out_.presence.begin(), out_.presence.end(), [](const auto& item) { return item.second.from == 0; });
+    if (!out_.presence.empty() && out_.presence.size() == out_.agents && !someone)
+      mistakes_.add(node, "events: found that every agent joins later; allowed: at least one agent is there from the start");
   }
 
   void read_placement() {
@@ -304,12 +373,16 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   std::optional<TopologyRead> topology;
   if (present(topology_node) && out.agents > 0) topology = read_topology(mistakes, topology_node, "topology", out.agents, out.seed);
   if (out.agents > 0) reader.read_rest();
+  const YAML::Node plant = top.find("plant");
+  if (present(plant) && out.agents > 0) read_plant(mistakes, plant, directory, out, places);
   if (mistakes.none()) check_against_schema(document, mistakes);
   mistakes.raise();
 
   out.topology = std::move(topology->spec);
   out.topology_text = std::move(topology->text);
   const YAML::Node links = top.find("links");
+  if (present(plant)) try_plant(mistakes, plant.Mark(), out, places);
+  mistakes.raise();
   try_agents(mistakes, agents.Mark(), present(links) ? links.Mark() : agents.Mark(), out, places);
   mistakes.raise();
   reader.check_criteria();

@@ -2,13 +2,14 @@
 
 #include "agent/registry.hpp"
 #include "core/metrics.hpp"
+#include "orchestrator/script_numbers.hpp"
 #include "orchestrator/wording.hpp"
+#include "sim/world.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
 #include <set>
 #include <utility>
 
@@ -17,7 +18,6 @@ namespace consort::script {
 namespace {
 
 constexpr std::uint64_t kMostAgents = 100'000;
-constexpr std::uint64_t kMostComponents = 10'000;
 
 std::vector<std::string> protocol_names() {
   std::vector<std::string> names;
@@ -29,6 +29,11 @@ const ProtocolEntry* entry_of(std::string_view name) {
   const auto table = protocol_table();
   const auto it = std::find_if(table.begin(), table.end(), [name](const ProtocolEntry& entry) { return entry.name == name; });
   return it == table.end() ? nullptr : &*it;
+}
+
+const ValueDoc* doc_of(std::span<const ValueDoc> docs, std::string_view name) {
+  const auto it = std::find_if(docs.begin(), docs.end(), [name](const ValueDoc& doc) { return doc.name == name; });
+  return it == docs.end() ? nullptr : &*it;
 }
 
 // Names that at least one of the protocols knows, in the order of their tables.
@@ -52,13 +57,6 @@ std::vector<std::string> common_parameters(const std::vector<ProtocolChoice>& pr
   return names;
 }
 
-bool known(Mistakes& mistakes, const YAML::Node& key, const std::string& what, const std::vector<std::string>& names) {
-  const std::string name = key.IsScalar() ? key.Scalar() : describe(key);
-  if (std::find(names.begin(), names.end(), name) != names.end()) return true;
-  mistakes.add(key, fmt::format("{}: found the unknown name '{}'; allowed: {}{}", what, name, listed(names), did_you_mean(name, names)));
-  return false;
-}
-
 std::optional<ProtocolChoice> read_protocol(Mistakes& mistakes, const YAML::Node& node, const std::string& what, Places& places) {
   const YAML::Node name_node = node.IsMap() ? std::as_const(node)["name"] : node;
   if (!name_node.IsDefined() || !name_node.IsScalar()) {
@@ -78,7 +76,8 @@ std::optional<ProtocolChoice> read_protocol(Mistakes& mistakes, const YAML::Node
     if (!known(mistakes, entry.first, what + " " + choice.name, allowed) || entry.first.Scalar() == "name") continue;
     const std::string name = entry.first.Scalar();
     places.emplace(choice.name + " " + name, entry.second.Mark());
-    if (const auto value = read_matrix(mistakes, entry.second, what + "." + name, true)) choice.parameters.set(name, *value);
+    const auto value = read_value(mistakes, doc_of(entry_of(choice.name)->parameters, name), entry.second, what + "." + name);
+    if (value) choice.parameters.set(name, *value);
   }
   return choice;
 }
@@ -109,109 +108,6 @@ void read_protocols(Mistakes& mistakes, const Section& section, Experiment& expe
                                i, choice->name));
     experiment.protocols.push_back(std::move(*choice));
   }
-}
-
-// --- numbers for every agent ---------------------------------------------------------------------------------------------
-
-// One line per agent, comma-separated.
-std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
-                                         const std::filesystem::path& directory, std::size_t agents) {
-  const auto name = read_text(mistakes, node, what);
-  if (!name) return std::nullopt;
-  const std::filesystem::path file = directory / *name;
-  std::ifstream in(file);
-  if (!in) {
-    mistakes.add(node, fmt::format("{}: found '{}', which cannot be read; allowed: a file beside the experiment", what, *name));
-    return std::nullopt;
-  }
-  const std::size_t before = mistakes.count();
-  PerAgent::List list;
-  std::string line;
-  for (std::size_t number = 1; std::getline(in, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.find_first_not_of(" \t") == std::string::npos || line.front() == '#') continue;
-    std::vector<double> row;
-    for (std::size_t start = 0; start <= line.size();) {
-      const std::size_t comma = std::min(line.find(',', start), line.size());
-      const std::string text = line.substr(start, comma - start);
-      const std::size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-      const auto value = first == std::string::npos ? std::nullopt : plain_number(YAML::Node(text.substr(first, last - first + 1)));
-      if (!value) mistakes.add(file.string(), number, start + 1, fmt::format("found '{}'; allowed: a finite number", text));
-      row.push_back(value.value_or(0.0));
-      start = comma + 1;
-    }
-    list.values.push_back(Eigen::Map<const Vector>(row.data(), static_cast<Eigen::Index>(row.size())));
-  }
-  if (mistakes.count() != before) return std::nullopt;
-  if (list.values.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {} lines in '{}'; allowed: {}, one per agent", what, list.values.size(), *name, agents));
-    return std::nullopt;
-  }
-  return PerAgent{list};
-}
-
-std::optional<std::pair<double, double>> read_pair(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool ascending) {
-  const auto low = node.IsSequence() && node.size() == 2 ? plain_number(node[0]) : std::nullopt;
-  const auto high = low ? plain_number(node[1]) : std::nullopt;
-  if (high && (!ascending || *low <= *high)) return std::pair(*low, *high);
-  mistakes.add(node, fmt::format("{}: found {}; allowed: two numbers {}", what,
-                                 high ? fmt::format("[{}, {}]", number_text(*low), number_text(*high)) : describe(node),
-                                 ascending ? "[low, high] with low <= high" : "[first, last]"));
-  return std::nullopt;
-}
-
-std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
-                                  const std::filesystem::path& directory, std::size_t agents) {
-  const Section section(mistakes, node, what, "/definitions/spread");
-  std::vector<std::string> found;
-  for (const char* key : {"all", "linspace", "uniform", "file"})
-    if (present(section.find(key))) found.emplace_back(key);
-  if (found.size() != 1) {
-    mistakes.add(node, fmt::format("{}: found {}; allowed: exactly one of all, linspace, uniform, file", what, listed(found)));
-    return std::nullopt;
-  }
-  std::size_t dimension = 1;
-  if (const auto dimension_node = section.find("dimension"); present(dimension_node)) {
-    if (found[0] == "all" || found[0] == "file")
-      mistakes.add(dimension_node, fmt::format("{}: found a dimension with {}; allowed: with linspace or uniform", what, found[0]));
-    dimension = read_whole(mistakes, dimension_node, section.path("dimension"), 1, kMostComponents).value_or(1);
-  }
-  const YAML::Node value = section.find(found[0]);
-  const std::string place = section.path(found[0]);
-  if (found[0] == "file") return read_number_file(mistakes, value, place, directory, agents);
-  if (found[0] == "all") {
-    const auto matrix = read_matrix(mistakes, value, place);
-    return matrix ? std::optional(PerAgent{PerAgent::Same{*matrix}}) : std::nullopt;
-  }
-  const auto pair = read_pair(mistakes, value, place, found[0] == "uniform");
-  if (!pair) return std::nullopt;
-  if (found[0] == "linspace") return PerAgent{PerAgent::Linspace{pair->first, pair->second, dimension}};
-  return PerAgent{PerAgent::Uniform{pair->first, pair->second, dimension}};
-}
-
-std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
-                                       const std::filesystem::path& directory, std::size_t agents) {
-  if (node.IsMap()) return read_rule(mistakes, node, what, directory, agents);
-  if (!node.IsSequence()) {
-    const auto value = plain_number(node);
-    if (value) return PerAgent{PerAgent::Same{Matrix::Constant(1, 1, *value)}};
-    mistakes.add(
-        node, fmt::format(
-                  "{}: found {}; allowed: a number, a list with one entry per agent, or one of {{all: ...}}, {{linspace: [first, last]}}, "
-                  "{{uniform: [low, high]}}, {{file: ...}}",
-                  what, describe(node)));
-    return std::nullopt;
-  }
-  if (node.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {}; allowed: {} entries, one per agent (the same vector for all is written {{all: [...]}})",
-                                   what, describe(node), agents));
-    return std::nullopt;
-  }
-  const std::size_t before = mistakes.count();
-  PerAgent::List list;
-  for (std::size_t i = 0; i < node.size(); ++i)
-    if (const auto value = read_matrix(mistakes, node[i], fmt::format("{}[{}]", what, i))) list.values.push_back(*value);
-  return mistakes.count() == before ? std::optional(PerAgent{list}) : std::nullopt;
 }
 
 void read_initial(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
@@ -246,8 +142,11 @@ void read_override(Mistakes& mistakes, AgentId agent, const YAML::Node& node, co
       if (!known(mistakes, entry.first, section.path(key), names)) continue;
       const std::string name = entry.first.Scalar();
       places.emplace(fmt::format("override {} {}", agent.value, name), entry.second.Mark());
-      if (const auto value = read_matrix(mistakes, entry.second, section.path(key) + "." + name, key == "parameters"))
-        values.set(name, *value);
+      const std::string place = section.path(key) + "." + name;
+      const auto value = key == "parameters" ? read_value(mistakes, doc_of(entry_of(experiment.protocols.front().name)->parameters, name),
+                                                          entry.second, place)
+                                             : read_matrix(mistakes, entry.second, place);
+      if (value) values.set(name, *value);
     }
   };
   read("initial", known_names(experiment.protocols, &ProtocolEntry::initial), out.initial);
@@ -333,13 +232,12 @@ void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesyst
 void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment,
                 const Places& places) {
   for (const auto& choice : experiment.protocols) {
+    const AgentMaker maker(experiment, choice, experiment.seed);
     std::optional<std::size_t> dimension;
     for (std::size_t i = 0; i < experiment.agents; ++i) {
       const AgentId agent = agent_at(i);
       try {
-        const Values initial = experiment.initial_of(agent, experiment.seed);
-        const auto protocol =
-            entry_of(choice.name)->make(experiment.parameters_of(choice, agent), Setup{agent, experiment.agents, experiment.dt, initial});
+        const auto protocol = maker.make(agent);
         const std::size_t found = protocol->estimate_layout().size();
         if (!dimension) try_links(mistakes, links_mark, experiment, protocol->message_layout().noise_size);
         if (found == dimension.value_or(found)) {
@@ -362,19 +260,7 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
 std::vector<std::string> metric_names(const Experiment& experiment) {
   std::vector<std::string> out;
   for (const auto& choice : experiment.protocols) {
-    Trace start;
-    start.agents = experiment.agents;
-    start.rounds = {0};
-    for (std::size_t i = 0; i < experiment.agents; ++i) {
-      const Values initial = experiment.initial_of(agent_at(i), experiment.seed);
-      const auto protocol =
-          entry_of(choice.name)
-              ->make(experiment.parameters_of(choice, agent_at(i)), Setup{agent_at(i), experiment.agents, experiment.dt, initial});
-      start.estimate_layout = protocol->estimate_layout();
-      start.dimension = start.estimate_layout.size();
-      start.estimates.resize((i + 1) * start.dimension);
-      protocol->estimate(std::span(start.estimates).subspan(i * start.dimension));
-    }
+    const Trace start = simulate(experiment, choice, experiment.seed, [](const RoundReport&) { return false; });
     const std::string prefix = experiment.protocols.size() > 1 ? choice.name + "." : "";
     for (const auto& [name, value] : compute_metrics(experiment, experiment.seed, choice, start)) {
       out.push_back(prefix + name);

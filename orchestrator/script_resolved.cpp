@@ -1,7 +1,9 @@
 #include "orchestrator/script_resolved.hpp"
 
+#include "agent/registry.hpp"
 #include "orchestrator/script_topology.hpp"
 
+#include <array>
 #include <sstream>
 
 namespace consort::script {
@@ -29,6 +31,16 @@ Node node_of(const Values& values) {
   Node out(YAML::NodeType::Map);
   for (const auto& [name, value] : values.entries()) out[name] = node_of(value);
   return out;
+}
+
+/// Parameters; those that are choices as their words.
+void put_parameters(Node& out, const Values& values, std::span<const ValueDoc> docs) {
+  for (const auto& [name, value] : values.entries()) {
+    std::vector<std::string> words;
+    for (const ValueDoc& doc : docs)
+      if (doc.name == name) words = choices_of(doc);
+    out[name] = words.empty() ? node_of(value) : Node(words.at(static_cast<std::size_t>(value(0, 0))));
+  }
 }
 
 Node pair_of(double first, double second) {
@@ -61,23 +73,85 @@ Node node_of(const PerAgent::Uniform& uniform) {
   return out;
 }
 
+Node node_of(const PerAgent& values) {
+  return std::visit([](const auto& source) { return node_of(source); }, values.source);
+}
+
 Node agents_of(const Experiment& experiment) {
   Node out(YAML::NodeType::Map);
   out["count"] = experiment.agents;
   for (const auto& choice : experiment.protocols) {
     Node protocol(YAML::NodeType::Map);
     protocol["name"] = choice.name;
-    for (const auto& [name, value] : choice.parameters.entries()) protocol[name] = node_of(value);
+    put_parameters(protocol, choice.parameters, find_protocol(choice.name).parameters);
     out["protocols"].push_back(protocol);
   }
-  for (const auto& [name, values] : experiment.initial)
-    out["initial"][name] = std::visit([](const auto& source) { return node_of(source); }, values.source);
+  for (const auto& [name, values] : experiment.initial) out["initial"][name] = node_of(values);
   for (const auto& [agent, override] : experiment.overrides) {
+    Node entry(YAML::NodeType::Map);
+    if (!override.initial.entries().empty()) entry["initial"] = node_of(override.initial);
+    if (!override.parameters.entries().empty()) {
+      Node parameters(YAML::NodeType::Map);
+      put_parameters(parameters, override.parameters, find_protocol(experiment.protocols.front().name).parameters);
+      entry["parameters"] = parameters;
+    }
+    out["overrides"][std::to_string(agent.value)] = entry;
+  }
+  return out;
+}
+
+Node signal_of(const Disturbance::Gaussian& signal) {
+  Node out(YAML::NodeType::Map);
+  out["gaussian"][signal.intensity ? "intensity" : "covariance"] = node_of(signal.covariance);
+  return out;
+}
+Node signal_of(const Disturbance::Uniform& signal) {
+  Node out(YAML::NodeType::Map);
+  out["uniform"]["bound"] = node_of(signal.bound);
+  return out;
+}
+Node signal_of(const Disturbance::Sinusoid& signal) {
+  Node out(YAML::NodeType::Map);
+  out["sinusoid"]["amplitude"] = node_of(signal.amplitude);
+  out["sinusoid"]["frequency"] = number_text(signal.frequency);
+  out["sinusoid"]["phase"] = node_of(signal.phase);
+  return out;
+}
+Node signal_of(const Disturbance::Constant& signal) {
+  Node out(YAML::NodeType::Map);
+  out["constant"] = node_of(signal.value);
+  return out;
+}
+
+Node disturbance_of(const Disturbance& disturbance, Seconds dt) {
+  Node out = std::visit([](const auto& signal) { return signal_of(signal); }, disturbance.signal);
+  constexpr std::array kPlaces{"state", "input", "measurement"};
+  out["on"] = kPlaces[static_cast<std::size_t>(disturbance.on)];
+  out["hold"] = number_text(static_cast<double>(disturbance.hold_rounds) * dt);
+  for (const AgentId agent : disturbance.agents) out["agents"].push_back(agent.value);
+  return out;
+}
+
+Node plant_of(const PlantSpec& plant, Seconds dt) {
+  Node out(YAML::NodeType::Map);
+  out["model"]["name"] = plant.model;
+  for (const auto& [name, value] : plant.parameters.entries()) out["model"][name] = node_of(value);
+  for (const auto& [name, values] : plant.initial) out["initial"][name] = node_of(values);
+  out["sensing"] = plant.sensing == PlantSpec::Sensing::own ? "own" : "neighbours";
+  for (const auto& [agent, override] : plant.overrides) {
     Node entry(YAML::NodeType::Map);
     if (!override.initial.entries().empty()) entry["initial"] = node_of(override.initial);
     if (!override.parameters.entries().empty()) entry["parameters"] = node_of(override.parameters);
     out["overrides"][std::to_string(agent.value)] = entry;
   }
+  for (const Disturbance& disturbance : plant.disturbances) out["disturbances"].push_back(disturbance_of(disturbance, dt));
+  return out;
+}
+
+Node presence_event(const char* kind, AgentId agent, Round round) {
+  Node out(YAML::NodeType::Map);
+  out["round"] = round;
+  out[kind] = agent.value;
   return out;
 }
 
@@ -140,7 +214,12 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   out["agents"] = agents_of(experiment);
   out["topology"] = topology;
   out["links"] = links_of(experiment.links);
+  if (experiment.plant) out["plant"] = plant_of(*experiment.plant, experiment.dt);
   for (const auto& event : experiment.link_events) out["events"].push_back(event_of(event));
+  for (const auto& [agent, presence] : experiment.presence) {
+    if (presence.from > 0) out["events"].push_back(presence_event("join", agent, presence.from));
+    if (presence.until < Presence{}.until) out["events"].push_back(presence_event("leave", agent, presence.until));
+  }
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
   if (experiment.convergence) {
     out["stop"]["converged"]["disagreement"] = number_text(experiment.convergence->disagreement);

@@ -22,17 +22,16 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-struct Layouts {
-  Layout message, estimate;
-};
-
 /// Layouts do not depend on the agent, so agent 1 stands for all.
-Layouts layouts_of(const Experiment& experiment, const Job& job) {
-  const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
-  const Values initial = experiment.initial_of(AgentId{1}, job.seed);
-  const Setup setup{AgentId{1}, experiment.agents, experiment.dt, initial};
-  const auto protocol = find_protocol(choice.name).make(experiment.parameters_of(choice, AgentId{1}), setup);
-  return {protocol->message_layout(), protocol->estimate_layout()};
+RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
+  const AgentMaker maker(experiment, experiment.protocols.at(job.protocol), job.seed);
+  const auto protocol = maker.make(AgentId{1});
+  RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
+  if (maker.physics()) {
+    layouts.state = maker.physics()->state_layout();
+    layouts.agrees_on_states = protocol->control_size() > 0;
+  }
+  return layouts;
 }
 
 /// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
@@ -64,8 +63,8 @@ class Watch {
 /// A finished job with its reports, waiting for its turn to be handed to the observer.
 struct Finished {
   JobOutcome outcome;
-  std::vector<double> estimates;
-  std::vector<std::uint64_t> hashes;
+  std::vector<double> estimates, states;
+  std::vector<std::uint64_t> hashes, state_hashes;
   std::vector<AgentCounters> counters;
   double began_seconds = 0.0;  ///< of round 0, after the call
   bool ended_early = false;
@@ -74,14 +73,22 @@ struct Finished {
     estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
     hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
     counters.insert(counters.end(), report.counters.begin(), report.counters.end());
+    states.insert(states.end(), report.states.begin(), report.states.end());
+    state_hashes.insert(state_hashes.end(), report.state_hashes.begin(), report.state_hashes.end());
   }
 
   void replay(const Experiment& experiment, RunObserver& observer) const {
     EventTeller teller(experiment, outcome.job, observer);
-    const std::size_t agents = outcome.trace.agents, width = agents * outcome.trace.dimension;
-    for (std::size_t i = 0; i < outcome.trace.rounds.size(); ++i) {
-      teller.report({outcome.trace.rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * agents, agents),
-                     std::span(counters).subspan(i * agents, agents)});
+    const Trace& trace = outcome.trace;
+    const std::size_t n = trace.agents, width = n * trace.dimension, state_width = n * trace.state_dimension;
+    for (std::size_t i = 0; i < trace.rounds.size(); ++i) {
+      RoundReport report{trace.rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * n, n),
+                         std::span(counters).subspan(i * n, n)};
+      if (state_width > 0) {
+        report.states = std::span(states).subspan(i * state_width, state_width);
+        report.state_hashes = std::span(state_hashes).subspan(i * n, n);
+      }
+      teller.report(report);
     }
   }
 };
@@ -107,8 +114,7 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
 }
 
 SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& watch, RunObserver& observer) {
-  const Layouts layouts = layouts_of(experiment, job);
-  observer.run_begins(job, layouts.message, layouts.estimate);
+  observer.run_begins(job, layouts_of(experiment, job));
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
@@ -166,12 +172,12 @@ class Workers {
 
 SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch, RunObserver& observer) {
   SessionTimes times;
-  Layouts layouts;
+  RunLayouts layouts;
   Workers workers(experiment, jobs, watch);
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
     const Finished finished = workers.next();
-    observer.run_begins(job, layouts.message, layouts.estimate);
+    observer.run_begins(job, layouts);
     finished.replay(experiment, observer);
     observer.run_ends(finished.outcome);
     if (job.number == 0) times.startup_seconds = finished.began_seconds;

@@ -57,7 +57,7 @@ class Physics {
   void add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const;
 
   std::string name_;
-  std::unique_ptr<PlantModel> model_;
+  std::shared_ptr<const PlantModel> model_;
   Seed seed_;
   Seconds dt_;
   std::vector<Part> parts_;

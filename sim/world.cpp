@@ -1,8 +1,6 @@
 #include "sim/world.hpp"
 
-#include "agent/registry.hpp"
 #include "core/mailbox.hpp"
-#include "plant/model_physics.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -50,22 +48,17 @@ class World {
 
 World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed)
     : dt_(experiment.dt), schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)) {
-  const ProtocolEntry& entry = find_protocol(choice.name);
+  AgentMaker maker(experiment, choice, seed);
+  physics_ = maker.physics();
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
   const Graph support = schedule_.support(experiment.rounds);
-  if (experiment.plant) physics_.emplace(plant_task(experiment, seed));
   if (!experiment.presence.empty())
     for (std::size_t i = 0; i < n; ++i) presence_.push_back(experiment.presence_of(agent_at(i)));
   for (std::size_t i = 0; i < n; ++i) {
     const AgentId self = agent_at(i);
-    const Values initial = experiment.initial_of(self, seed);
-    const Values model = physics_ ? physics_->knowledge(self) : Values{};
-    const std::size_t measurement = physics_ ? physics_->measurement_size(self) : 0;
-    measurements_.emplace_back(measurement);
-    const auto controls = physics_ ? std::optional(physics_->control_size(self)) : std::nullopt;
-    protocols_.push_back(
-        make_protocol(entry, experiment.parameters_of(choice, self), Setup{self, n, dt_, initial, model, measurement}, controls));
+    protocols_.push_back(maker.make(self));
+    measurements_.emplace_back(physics_ ? physics_->measurement_size(self) : 0);
     const Layout& layout = protocols_.back()->message_layout();
     if (layout != protocols_.front()->message_layout())
       throw ConfigError("agent " + std::to_string(self.value) +
@@ -192,6 +185,20 @@ std::vector<LinkTotals> World::links() const {
 }
 
 }  // namespace
+
+AgentMaker::AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed)
+    : experiment_(experiment), choice_(choice), seed_(run_seed), entry_(find_protocol(choice.name)) {
+  if (experiment.plant) physics_.emplace(plant_task(experiment, run_seed));
+}
+
+std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
+  const Values initial = experiment_.initial_of(agent, seed_);
+  const Values parameters = experiment_.parameters_of(choice_, agent);
+  if (!physics_) return make_protocol(entry_, parameters, Setup{agent, experiment_.agents, experiment_.dt, initial}, std::nullopt);
+  const Values model = physics_->knowledge(agent);
+  const Setup setup{agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent)};
+  return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
+}
 
 Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
   World world(experiment, protocol, run_seed);

@@ -35,6 +35,7 @@ struct Watched {
   }
 };
 
+const RunLayouts kScalar{{}, {{{"x", 1, 1}}}};
 const TextStyle kPlain{true, false, false, 80};
 const TextStyle kTerminal{true, false, true, 80};
 
@@ -49,7 +50,7 @@ TEST(Progress, PlainLinesComeAtMostOncePerSecond) {
   watched.progress.launching(10, 10, 10);
   ASSERT_EQ(watched.written.size(), 2u) << "that all are there is always told";
   EXPECT_EQ(watched.written[1], "found 10 of 10, ready 10 of 10\n");
-  watched.progress.run_begins({0, 0, Seed{1}}, 1);
+  watched.progress.run_begins({0, 0, Seed{1}}, kScalar);
   for (Round k = 0; k < 100; ++k) {
     watched.now += 25ms;
     watched.report(k);
@@ -59,12 +60,12 @@ TEST(Progress, PlainLinesComeAtMostOncePerSecond) {
 
 TEST(Progress, LinesTellRoundsSpeedAndDisagreement) {
   Watched watched(kPlain, 5);
-  watched.progress.run_begins({0, 0, Seed{1}}, 1);
+  watched.progress.run_begins({0, 0, Seed{1}}, kScalar);
   watched.now += 2s;
   watched.report(500);
   ASSERT_EQ(watched.written.size(), 1u);
   EXPECT_EQ(watched.written[0], "local_voting, run 1 of 5: round 500 of 1000, 250 rounds/s, disagreement 0.25\n");
-  watched.progress.run_begins({1, 0, Seed{2}}, 1);
+  watched.progress.run_begins({1, 0, Seed{2}}, kScalar);
   watched.now += 2s;
   watched.report(300, 1);
   ASSERT_EQ(watched.written.size(), 2u);
@@ -78,7 +79,7 @@ TEST(Progress, LiveLineIsRedrawnTenTimesASecondAndFitsTheTerminal) {
     TextStyle style = kTerminal;
     style.width = width;
     Watched watched(style);
-    watched.progress.run_begins({0, 0, Seed{1}}, 1);
+    watched.progress.run_begins({0, 0, Seed{1}}, kScalar);
     for (Round k = 0; k <= 1000; ++k) {
       watched.now += 1ms;
       watched.report(k);

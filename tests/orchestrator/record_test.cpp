@@ -66,7 +66,7 @@ TEST(Record, GivesBackWhatWasReported) {
   Numbers numbers{3, 1, {}, {}, {}};
   {
     Record record(folder.path() / "record.sqlite");
-    record.begin_run(job, experiment, kScalar);
+    record.begin_run(job, experiment, {{}, kScalar});
     for (Round k : {0u, 5u, 7u}) record.add(job, numbers.at(k));
     record.event(job, 5, "cut", "1 -> 2");
     JobOutcome outcome{job, {}, 0.25};
@@ -98,10 +98,10 @@ TEST(Record, KeepsProtocolsWithDifferentLayoutsInOneTable) {
   {
     Record record(folder.path() / "record.sqlite");
     Numbers scalar{2, 1, {}, {}, {}}, vector{2, 6, {}, {}, {}};
-    record.begin_run(first, experiment, kScalar);
+    record.begin_run(first, experiment, {{}, kScalar});
     record.add(first, scalar.at(0));
     record.end_run({first, {}, 0.0});
-    record.begin_run(second, experiment, kVectorWithCovariance);
+    record.begin_run(second, experiment, {{}, kVectorWithCovariance});
     record.add(second, vector.at(3));
     record.end_run({second, {}, 0.0});
   }
@@ -120,7 +120,7 @@ TEST(Record, RunThatNeverEndedKeepsItsCounts) {
   {
     Record record(folder.path() / "record.sqlite");
     Numbers numbers{2, 1, {}, {}, {}};
-    record.begin_run(job, experiment, kScalar);
+    record.begin_run(job, experiment, {{}, kScalar});
     record.add(job, numbers.at(4));
   }
   Database database(folder.path() / "record.sqlite", Database::Open::read);
@@ -141,7 +141,7 @@ TEST(Record, FailureOfTheWriterReachesTheCaller) {
   const Job job{0, 0, Seed{1}};
   Record record(folder.path() / "record.sqlite");
   Numbers numbers{2, 1, {}, {}, {}};
-  record.begin_run(job, experiment, kScalar);
+  record.begin_run(job, experiment, {{}, kScalar});
   record.add(job, numbers.at(1));
   record.flush();
   record.add(job, numbers.at(1));  // the same round twice breaks the primary key
@@ -167,7 +167,7 @@ TEST(Record, KilledProcessLosesNothingThatWasFlushed) {
     const Job job{0, 0, Seed{1}};
     Record record(file);
     Numbers numbers{10, 1, {}, {}, {}};
-    record.begin_run(job, experiment, kScalar);
+    record.begin_run(job, experiment, {{}, kScalar});
     for (Round k = 0;; ++k) {
       record.add(job, numbers.at(k));
       if (k == 999) {

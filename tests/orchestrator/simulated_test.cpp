@@ -37,11 +37,11 @@ struct Witness : RunObserver {
   std::function<void(const RoundReport&)> on_report;
 
   void launching(std::size_t, std::size_t, std::size_t) override { calls.emplace_back("launching"); }
-  void run_begins(const Job& job, const Layout& message, const Layout& estimate) override {
+  void run_begins(const Job& job, const RunLayouts& layouts) override {
     calls.emplace_back("begin");
     begun.push_back(job.number);
-    EXPECT_GT(message.size(), 0u);
-    EXPECT_EQ(estimate.size(), 2u);
+    EXPECT_GT(layouts.message.size(), 0u);
+    EXPECT_EQ(layouts.estimate.size(), 2u);
   }
   void report(const Job& job, const RoundReport& report) override {
     if (calls.back() != "report") calls.emplace_back("report");

@@ -12,7 +12,7 @@ namespace consort {
 class Keeper : public RunObserver {
  public:
   void launching(std::size_t, std::size_t, std::size_t) override {}
-  void run_begins(const Job&, const Layout&, const Layout&) override {}
+  void run_begins(const Job&, const RunLayouts&) override {}
   void report(const Job&, const RoundReport&) override { ++reports; }
   void event(const Job&, Round, const std::string& kind, const std::string& text) override { events.push_back(kind + ": " + text); }
   void run_ends(const JobOutcome& outcome) override { outcomes.push_back(outcome); }
