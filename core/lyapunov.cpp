@@ -10,6 +10,8 @@ namespace consort {
 
 namespace {
 
+constexpr double kLargestError = 1e-3;
+
 struct Pair {
   std::complex<double> first, second;
   [[nodiscard]] double distance() const { return std::abs(first + second); }
@@ -44,8 +46,8 @@ Matrix continuous_lyapunov(const Matrix& A, const Matrix& Q) {
   // A = U T U', Y = U'XU:  T Y + Y T' = -U'QU.
   const Matrix Y = solve_quasi_triangular(schur.T, -(schur.U.transpose() * constant * schur.U));
   const Matrix X = schur.U * Y * schur.U.transpose();
-  // The relative error of X is about rounding / sep(A, -A'), and ||X|| <= ||Q|| / sep.
-  if (!X.allFinite() || rounding * X.norm() > constant.norm()) refuse(closest);
+  // The relative error of X is about rounding / sep(A, -A'), and sep <= ||Q|| / ||X||.
+  if (!X.allFinite() || rounding * X.norm() > kLargestError * constant.norm()) refuse(closest);
   return 0.5 * (X + X.transpose());
 }
 

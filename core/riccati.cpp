@@ -13,6 +13,7 @@ namespace consort {
 namespace {
 
 constexpr double kLargestResidual = 1e-8;
+constexpr int kRefinements = 4;
 
 /// The equation as its user knows it; the filter's is solved as the control equation of (A', C').
 struct Wording {
@@ -22,10 +23,10 @@ struct Wording {
 };
 
 struct Terms {
-  Matrix A, G, Q;  // A'P + P A - P G P + Q = 0
+  Matrix A, H, Q;  // A'P + P A - P H'H P + Q = 0; H P is small where P is large, so H'H is not multiplied out
 };
 
-/// Symplectic balancing: x = diag(s)^-1 z leaves the Hamiltonian of z with blocks of comparable size. P of x is diag(s) P_z diag(s).
+/// Symplectic balancing: s such that the Hamiltonian of z = diag(s) x has rows and columns of comparable size.
 Vector scaling_of(const Matrix& hamiltonian) {
   const Eigen::Index n = hamiltonian.rows() / 2;
   const Vector powers = balancing(hamiltonian);
@@ -34,33 +35,68 @@ Vector scaling_of(const Matrix& hamiltonian) {
   return scale;
 }
 
+Matrix hamiltonian_of(const Terms& terms) {
+  const Eigen::Index n = terms.A.rows();
+  Matrix hamiltonian(2 * n, 2 * n);
+  hamiltonian << terms.A, -terms.H.transpose() * terms.H, -terms.Q, -terms.A.transpose();
+  return hamiltonian;
+}
+
 /// P = U2 U1^-1 from the stable invariant subspace [U1; U2] of the Hamiltonian.
 Matrix stabilising_solution(const Terms& terms, const Wording& wording) {
   const Eigen::Index n = terms.A.rows();
-  Matrix hamiltonian(2 * n, 2 * n);
-  hamiltonian << terms.A, -terms.G, -terms.Q, -terms.A.transpose();
-  const Vector scale = scaling_of(hamiltonian);
-  Vector both(2 * n);
-  both << scale, scale.cwiseInverse();
-  const RealSchur schur = stable_first_schur(both.asDiagonal() * hamiltonian * both.cwiseInverse().asDiagonal());
+  const RealSchur schur = stable_first_schur(hamiltonian_of(terms));
   for (Eigen::Index i = 0; i < 2 * n; ++i) {
     const std::complex<double> value = schur.eigenvalues[static_cast<std::size_t>(i)];
     if ((value.real() < 0.0) != (i < n))
-      throw ConfigError(wording.name + ": the Hamiltonian (" + shape_of(hamiltonian) + ") has the eigenvalue " + text_of(value) +
-                        " on the imaginary axis within rounding: the loop can be stabilised, or its cost seen, only just");
+      throw ConfigError(wording.name + ": the Hamiltonian has the eigenvalue " + text_of(value) +
+                        " on the imaginary axis within rounding: A (" + shape_of(terms.A) + ") can be stabilised only just, or " +
+                        wording.weighting + " all of the axis");
   }
   const Eigen::PartialPivLU<Matrix> factor(schur.U.topLeftCorner(n, n).transpose());
   if (const double reciprocal = factor.rcond(); !(reciprocal > std::numeric_limits<double>::epsilon()))
     throw RunError(wording.name + ": the leading block (" + shape_of(terms.A) + ") of the stable subspace is singular, condition " +
                    text_of(1.0 / reciprocal));
   const Matrix P = factor.solve(schur.U.bottomLeftCorner(n, n).transpose());
-  return scale.asDiagonal() * (0.5 * (P + P.transpose())) * scale.asDiagonal();
+  return 0.5 * (P + P.transpose());
 }
 
-double residual_of(const Terms& terms, const Matrix& P) {
-  const Matrix linear = P * terms.A, quadratic = P * terms.G * P;
+/// What the equation leaves, and its norm over the sum of the norms of its terms.
+struct Residual {
+  Matrix matrix;
+  double relative = 0.0;
+};
+
+Residual residual_of(const Terms& terms, const Matrix& P) {
+  const Matrix linear = P * terms.A, half = terms.H * P, quadratic = half.transpose() * half;
+  Residual residual{linear + linear.transpose() - quadratic + terms.Q, 0.0};
   const double size = 2.0 * linear.norm() + quadratic.norm() + terms.Q.norm();
-  return size == 0.0 ? 0.0 : (linear + linear.transpose() - quadratic + terms.Q).norm() / size;
+  if (size != 0.0) residual.relative = residual.matrix.norm() / size;
+  return residual;
+}
+
+/// Newton's steps (Kleinman 1968) from a P that stabilises, as long as they help: a subspace whose U1 is ill-conditioned costs P digits
+/// that these bring back.
+Matrix refined(const Terms& terms, Matrix P) {
+  Residual residual = residual_of(terms, P);
+  for (int step = 0; step < kRefinements; ++step) {
+    const RealSchur loop = real_schur((terms.A - terms.H.transpose() * (terms.H * P)).transpose());
+    const Matrix change = loop.U * solve_quasi_triangular(loop.T, -(loop.U.transpose() * residual.matrix * loop.U)) * loop.U.transpose();
+    const Matrix next = P + 0.5 * (change + change.transpose());
+    Residual left = residual_of(terms, next);
+    if (!(left.relative < residual.relative)) break;
+    P = next;
+    residual = std::move(left);
+  }
+  return P;
+}
+
+/// The stabilising solution, computed in balanced coordinates.
+Matrix balanced_solution(const Terms& terms, const Wording& wording) {
+  const Vector scale = scaling_of(hamiltonian_of(terms)), inverse = scale.cwiseInverse();
+  const auto S = scale.asDiagonal(), S_inverse = inverse.asDiagonal();
+  const Terms balanced{S * terms.A * S_inverse, terms.H * S, S_inverse * terms.Q * S_inverse};
+  return S * refined(balanced, stabilising_solution(balanced, wording)) * S;
 }
 
 /// `A`, `B` with shapes already checked.
@@ -73,13 +109,12 @@ RiccatiSolution solve(const Matrix& A, const Matrix& B, const Matrix& Q, const M
     throw ConfigError(wording.name + ": (A, Q) leaves an eigenvalue on the imaginary axis: " + wording.weighting + " the eigenvalue " +
                       text_of(*verdict.offending) + " of A");
   const Eigen::LLT<Matrix> factor(weight);
-  const Matrix half = factor.matrixL().solve(B.transpose());  // G = B R^-1 B' comes out exactly symmetric
-  terms.G = half.transpose() * half;
+  terms.H = factor.matrixL().solve(B.transpose());
   RiccatiSolution solution;
-  solution.P = stabilising_solution(terms, wording);
+  solution.P = balanced_solution(terms, wording);
   solution.K = factor.solve(B.transpose() * solution.P);
   solution.abscissa = spectral_abscissa(A - B * solution.K);
-  solution.residual = residual_of(terms, solution.P);
+  solution.residual = residual_of(terms, solution.P).relative;
   if (!(solution.residual <= kLargestResidual && solution.abscissa < 0.0))
     throw RunError(wording.name + ": rounding spoils the solution for A (" + shape_of(A) + "): residual " + text_of(solution.residual) +
                    ", largest real part of the loop " + text_of(solution.abscissa));

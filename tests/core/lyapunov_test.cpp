@@ -72,7 +72,7 @@ TEST(Lyapunov, NamesTheEigenvaluesThatSumToZero) {
   }
 }
 
-TEST(Lyapunov, RefusesASystemWhoseSolutionWouldHaveNoCorrectDigit) {
+TEST(Lyapunov, RefusesASystemWhoseSolutionWouldHaveHardlyACorrectDigit) {
   // Three integrators in a row, each leaking 1e-6: the eigenvalues are far from zero beside rounding, the solution is not.
   const Matrix A{{-1e-6, 1, 0}, {0, -1e-6, 1}, {0, 0, -1e-6}};
   EXPECT_THROW(continuous_lyapunov(A, Matrix::Identity(3, 3)), ConfigError);

@@ -72,7 +72,7 @@ TEST(Riccati, LeavesNoResidualAndStabilises) {
     SCOPED_TRACE(seed);
     const auto [A, B, Q, R] = random_system(seed);
     const auto [P, K, abscissa, residual] = continuous_riccati(A, B, Q, R);
-    ASSERT_LT(residual, 1e-11);
+    ASSERT_LT(residual, 1e-12);
     const Matrix left = A.transpose() * P + P * A - P * B * R.inverse() * B.transpose() * P + Q;
     ASSERT_LT(left.norm(), 1e-10 * (2 * (P * A).norm() + Q.norm() + (K.transpose() * R * K).norm()));
     ASSERT_EQ(P, Matrix(P.transpose()));
@@ -84,14 +84,18 @@ TEST(Riccati, LeavesNoResidualAndStabilises) {
 
 // x'P x is what u = -K x costs from x on, and the cost of a given loop is a Lyapunov equation.
 TEST(Riccati, IsTheCostOfItsOwnGainByASlowSolver) {
+  int tame = 0;
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     SCOPED_TRACE(seed);
     const auto [A, B, Q, R] = random_system(seed);
     const RiccatiSolution solution = continuous_riccati(A, B, Q, R);
     const Matrix loop = A - B * solution.K;
     const Matrix cost = lyapunov_by_kronecker(loop.transpose(), Q + solution.K.transpose() * R * solution.K);
-    ASSERT_LT(relative_error(solution.P, cost), 1e-8);
+    const double condition = lyapunov_condition(loop);
+    ASSERT_LT(relative_error(solution.P, cost), 1e-14 * condition);
+    tame += condition < 1e4 ? 1 : 0;
   }
+  EXPECT_GT(tame, 150);
 }
 
 TEST(Riccati, OfTheFilterIsTheDual) {
@@ -113,9 +117,10 @@ TEST(Riccati, SurvivesStatesInFarApartUnits) {
     Stream stream = Seed{seed}.stream(Purpose{"units"});
     Vector unit(A.rows());
     for (double& value : unit) value = std::exp2(std::floor(stream.uniform(-13.0, 13.0)));
-    const auto D = unit.asDiagonal(), D_inverse = Vector(unit.cwiseInverse()).asDiagonal();  // x = D z
+    const Matrix D = unit.asDiagonal(), D_inverse = unit.cwiseInverse().asDiagonal();  // x = D z
     const RiccatiSolution scaled = continuous_riccati(D_inverse * A * D, D_inverse * B, D * Q * D, R);
-    ASSERT_LT(relative_error(D_inverse * scaled.P * D_inverse, continuous_riccati(A, B, Q, R).P), 1e-8);
+    const RiccatiSolution plain = continuous_riccati(A, B, Q, R);
+    ASSERT_LT(relative_error(D_inverse * scaled.P * D_inverse, plain.P), 1e-14 * lyapunov_condition(A - B * plain.K));
   }
 }
 
@@ -178,6 +183,21 @@ TEST(Riccati, RefusesUnsolvableSystemsInAnyCoordinates) {
     ASSERT_THROW(continuous_riccati(A, U * column(0, 1), U * diagonal({0, 1}) * U.transpose(), scalar(1)), ConfigError);
     ASSERT_NO_THROW(continuous_riccati(A, U * column(0, 1), U * diagonal({1, 0}) * U.transpose(), scalar(1)));
   }
+}
+
+// Two modes 2^-k apart and one input: the gain grows as 2^2k until doubles cannot hold the loop, and then the modes are one.
+TEST(Riccati, IsRightOrRefusesNearTheLossOfStabilisability) {
+  const auto solution_for = [](int k) {
+    return continuous_riccati(diagonal({1, 1 + std::exp2(-k)}), column(1, 1), identity(2), scalar(1));
+  };
+  for (int k = 1; k <= 15; ++k) {
+    SCOPED_TRACE(k);
+    const RiccatiSolution solution = solution_for(k);
+    EXPECT_LT(solution.residual, 1e-11);
+    EXPECT_NEAR(solution.abscissa, -1.0, std::exp2(-k));
+  }
+  for (int k = 25; k <= 37; ++k) EXPECT_THROW(solution_for(k), RunError) << k;
+  for (int k = 42; k <= 52; ++k) EXPECT_THROW(solution_for(k), ConfigError) << k;
 }
 
 TEST(Riccati, RefusesMatricesThatDoNotFit) {

@@ -33,12 +33,22 @@ inline Matrix kronecker(const Matrix& a, const Matrix& b) {
   return product;
 }
 
+/// X -> A X + X A' as an n^2 x n^2 matrix.
+inline Matrix lyapunov_operator(const Matrix& A) {
+  const Matrix identity = Matrix::Identity(A.rows(), A.rows());
+  return kronecker(identity, A) + kronecker(A, identity);
+}
+
 /// X with A X + X A' + Q = 0, as n^2 linear equations.
 inline Matrix lyapunov_by_kronecker(const Matrix& A, const Matrix& Q) {
-  const Eigen::Index n = A.rows();
-  const Matrix identity = Matrix::Identity(n, n);
-  const Vector x = (kronecker(identity, A) + kronecker(A, identity)).fullPivLu().solve(-Vector(Q.reshaped()));
-  return x.reshaped(n, n);
+  const Vector x = lyapunov_operator(A).fullPivLu().solve(-Vector(Q.reshaped()));
+  return x.reshaped(A.rows(), A.rows());
+}
+
+/// How much the equation above may magnify rounding.
+inline double lyapunov_condition(const Matrix& A) {
+  const Vector values = Eigen::BDCSVD<Matrix>(lyapunov_operator(A)).singularValues();
+  return values(0) / values(values.size() - 1);
 }
 
 /// Largest entry of a - b, over the largest of b.
