@@ -23,29 +23,34 @@ std::vector<AgentId> senders_of(const wire::Member& member, std::uint32_t agents
 
 }  // namespace
 
-Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send)
+Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act)
     : agents_(run.agents),
       dt_(run.dt),
       rounds_(run.rounds),
       report_interval_(run.report_interval),
       send_(std::move(send)),
+      act_(run.steers ? std::move(act) : Act{}),
       member_of_(run.agents, kNobody),
       listeners_(run.agents) {
   const ProtocolEntry& entry = find_protocol(run.protocol);
   members_.reserve(members.size());
   for (const wire::Member& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
-    auto protocol =
-        entry.make(run.parameters.overridden_by(assigned.parameters), Setup{assigned.agent, run.agents, run.dt, assigned.initial});
+    auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters),
+                               Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements});
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
     LinkModel links = assigned.links;
     links.standard = run.standard_link;
     const Layout& message = protocol->message_layout();
-    Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window);
+    Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window, assigned.presence.from);
     std::vector<double> payload(message.size()), estimate(protocol->estimate_layout().size());
+    first_ = index == 0 ? assigned.presence.from : std::min(first_, assigned.presence.from);
     members_.push_back({.id = assigned.agent,
+                        .attendance = assigned.presence,
+                        .measurements = assigned.measurements,
+                        .y = {},
                         .protocol = std::move(protocol),
                         .mailbox = std::move(mailbox),
                         .payload = std::move(payload),
@@ -53,6 +58,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
                         .report = {.agent = assigned.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}},
                         .hash = {},
                         .counters = {},
+                        .k = assigned.presence.from,
                         .topology = nullptr});
     report_state(members_.back());
   }
@@ -87,13 +93,15 @@ void Lockstep::grant(const wire::Grant& grant) {
     check(segments_.empty() || segments_.back().first < segment.first, "grants come in order");
     if (segment.graph >= graphs_.size()) graphs_.resize(segment.graph + 1);
     if (segment.stated) graphs_[segment.graph] = topology_from(*segment.stated);
+    if (!graphs_[segment.graph] && segment.first < first_) continue;  // stated before this process joined, and over by then
     if (!graphs_[segment.graph]) throw RunError("a grant refers to graph " + std::to_string(segment.graph) + ", which was never stated");
     segments_.push_back({segment.first, graphs_[segment.graph]});
   }
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
-  reached_report_ =
-      static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= report_at_; }));
+  reached_report_ = static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) {
+    return m.k >= std::min(report_at_, m.attendance.until);
+  }));
   report_due_ = reached_report_ == members_.size();
   for (std::uint32_t index = 0; index < members_.size(); ++index) {
     members_[index].topology_until = 0;  // the last segment may have ended
@@ -114,7 +122,7 @@ Sense Lockstep::sense_of(const Member& member) const {
           .dt = dt_,
           .in_neighbours = graph.in_neighbours(member.id),
           .out_degree = graph.out_degree(member.id),
-          .y = {},
+          .y = member.y,
           .self = member.id};
 }
 
@@ -149,7 +157,7 @@ void Lockstep::emit(std::size_t index) {
 void Lockstep::report_state(Member& member) {
   member.protocol->estimate(member.estimate);
   member.hash.extend(member.estimate);
-  if (member.k % report_interval_ != 0 && member.k != rounds_) return;
+  if (member.k % report_interval_ != 0 && member.k != rounds_ && member.k != member.attendance.until) return;
   const LinkCounters links = member.mailbox.counters();
   member.counters.delivered = links.delivered;
   member.counters.lost = links.lost;
@@ -159,13 +167,67 @@ void Lockstep::report_state(Member& member) {
   member.report.counters.push_back(member.counters);
 }
 
-void Lockstep::finish_round(Member& member) {
+void Lockstep::receive(const wire::Measurement& measurement) {
+  if (!measured_.empty() && measurement.round <= measured_.back().round) return;
+  std::size_t expected = 0;
+  for (const Member& member : members_)
+    if (member.attendance.holds(measurement.round)) expected += member.measurements;
+  if (measurement.values.size() != expected) {
+    throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " + std::to_string(measurement.values.size()) +
+                   " numbers; agents " + std::to_string(members_.front().id.value) + "... expect " + std::to_string(expected));
+  }
+  measured_.push_back({measurement.round, {measurement.values.begin(), measurement.values.end()}});
+  for (std::uint32_t index = 0; index < members_.size(); ++index)
+    if (members_[index].k == measurement.round) ready_.push_back(index);
+}
+
+/// Is y of the member's round here?
+bool Lockstep::find_measurement(std::size_t index) {
+  Member& member = members_[index];
+  if (member.measurements == 0) return true;
+  const auto entry =
+      std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
+  if (entry == measured_.end()) return false;
+  std::size_t at = 0;
+  for (std::size_t before = 0; before < index; ++before)
+    if (members_[before].attendance.holds(member.k)) at += members_[before].measurements;
+  member.y = std::span<const double>(entry->values).subspan(at, member.measurements);
+  return true;
+}
+
+/// The member's control of round k. With the last one of the round they go to the plant: nobody can be a round ahead, since the plant
+/// waits for them.
+void Lockstep::steer(std::size_t index) {
+  const Round k = members_[index].k;
+  std::size_t total = 0, at = 0, taking_part = 0;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    if (!members_[m].attendance.holds(k)) continue;
+    if (m == index) at = total;
+    total += members_[m].protocol->control_size();
+    ++taking_part;
+  }
+  controls_.resize(total);
+  members_[index].protocol->control(std::span(controls_).subspan(at, members_[index].protocol->control_size()));
+  if (++steered_ < taking_part) return;
+  steered_ = 0;
+  act_(k, controls_);
+}
+
+void Lockstep::finish_round(std::size_t index) {
+  Member& member = members_[index];
   const Sense sense = sense_of(member);
   member.protocol->absorb(sense, member.mailbox.take(member.k, sense.in_neighbours));
+  if (act_) steer(index);
   ++member.k;
   member.emitted = false;
+  if (member.measurements > 0) {
+    Round slowest_round = kForever;
+    for (const Member& other : members_)
+      if (other.k < other.attendance.until) slowest_round = std::min(slowest_round, other.k);
+    while (!measured_.empty() && measured_.front().round < slowest_round) measured_.pop_front();
+  }
   report_state(member);
-  if (member.k == report_at_ && ++reached_report_ == members_.size()) report_due_ = true;
+  if (member.k == std::min(report_at_, member.attendance.until) && ++reached_report_ == members_.size()) report_due_ = true;
 }
 
 void Lockstep::advance() {
@@ -173,10 +235,13 @@ void Lockstep::advance() {
     const std::uint32_t index = ready_.back();
     ready_.pop_back();
     Member& member = members_[index];
-    while (member.k < until_) {
-      if (!member.emitted) emit(index);
+    while (member.k < until_ && member.k < member.attendance.until) {
+      if (!member.emitted) {
+        if (!find_measurement(index)) break;
+        emit(index);
+      }
       if (member.missing > 0) break;
-      finish_round(member);
+      finish_round(index);
     }
   }
 }
@@ -204,9 +269,15 @@ std::vector<wire::LinkReport> Lockstep::links() const {
 }
 
 Lockstep::Progress Lockstep::slowest() const {
-  const auto member = std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) { return a.k < b.k; });
+  const auto left = [](const Member& m) { return m.k >= m.attendance.until; };
+  const auto member = std::min_element(members_.begin(), members_.end(), [&](const Member& a, const Member& b) {
+    return left(a) != left(b) ? left(b) : a.k < b.k;
+  });
   Progress progress{member->id, member->k, {}};
-  if (!member->emitted) return progress;
+  if (!member->emitted) {
+    progress.for_measurement = !left(*member) && member->k < until_ && member->measurements > 0;
+    return progress;
+  }
   for (const Neighbour& neighbour : member->topology->graph.in_neighbours(member->id)) {
     if (!member->mailbox.heard(neighbour.id, member->k)) progress.waiting_for.push_back(neighbour.id);
   }

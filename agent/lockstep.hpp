@@ -17,14 +17,19 @@ class Lockstep {
  public:
   /// Hands one message to whatever carries it to other processes. `member` is the index among the members, in assignment order.
   using Send = std::function<void(std::size_t member, Round round, std::span<const double> payload)>;
+  /// Hands the controls of all members that take part in a round, one after the other, to whatever carries them to the plant.
+  using Act = std::function<void(Round round, std::span<const double> controls)>;
 
-  /// Throws ConfigError where a protocol refuses its values. `members` are hosted here; `run` holds what is common.
-  Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send);
+  /// Throws ConfigError where a protocol refuses its values. `members` are hosted here; `run` holds what is common. `act` is called only
+  /// if the run steers a plant.
+  Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
 
   /// Rounds below grant.until may run. Throws RunError if the grant refers to a graph that was never stated.
   void grant(const wire::Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
   bool receive(const wire::Information& message);
+  /// Takes what the plant lets the members measure in one round. Throws RunError if it has another length than the members expect.
+  void receive(const wire::Measurement& measurement);
   /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
   void advance();
 
@@ -39,8 +44,10 @@ class Lockstep {
     AgentId agent;
     Round round = 0;
     std::vector<AgentId> waiting_for;
+    bool for_measurement = false;
   };
   [[nodiscard]] Progress slowest() const;
+  [[nodiscard]] Round granted_until() const { return until_; }
 
  private:
   /// A graph with the members that hear each member of this process, so that local messages need no look-up.
@@ -53,8 +60,16 @@ class Lockstep {
     Round first;
     std::shared_ptr<const Topology> topology;
   };
+  /// What the plant let the members measure in one round.
+  struct Measured {
+    Round round;
+    std::vector<double> values;
+  };
   struct Member {
     AgentId id;
+    Attendance attendance;
+    std::size_t measurements;  // length of y; 0: it measures nothing
+    std::span<const double> y;  // of round k
     std::unique_ptr<Protocol> protocol;
     Mailbox mailbox;
     std::vector<double> payload, estimate;
@@ -70,9 +85,11 @@ class Lockstep {
 
   std::shared_ptr<const Topology> topology_from(std::vector<WeightedEdge> edges) const;
   void find_topology(Member& member) const;
+  [[nodiscard]] bool find_measurement(std::size_t index);
+  void steer(std::size_t index);
   [[nodiscard]] Sense sense_of(const Member& member) const;
   void emit(std::size_t index);
-  void finish_round(Member& member);
+  void finish_round(std::size_t index);
   void report_state(Member& member);
   void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload);
 
@@ -80,12 +97,17 @@ class Lockstep {
   Seconds dt_;
   Round rounds_, report_interval_;
   Send send_;
+  Act act_;
   std::vector<Member> members_;
   std::vector<std::uint32_t> member_of_;               // agent index -> member, or kNobody
   std::vector<std::vector<std::uint32_t>> listeners_;  // agent index -> members that may ever hear it
   std::vector<std::uint32_t> ready_;                   // members that may be able to go on
   std::deque<Segment> segments_;
   std::vector<std::shared_ptr<const Topology>> graphs_;  // by number; the orchestrator reuses numbers
+  std::deque<Measured> measured_;                // ascending; from the slowest member's round on
+  std::vector<double> controls_;                 // of the round that is being finished, member after member
+  std::size_t steered_ = 0;                      // members whose controls are there
+  Round first_ = 0;                              // before it, none of the members takes part
   Round until_ = 0, report_at_ = 0;
   std::size_t reached_report_ = 0;  // members at or beyond report_at_
   bool report_due_ = false;

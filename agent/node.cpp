@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 namespace consort {
 namespace {
@@ -90,7 +91,21 @@ void Node::on_information(wire::InformationReader::Burst& burst) {
 void Node::on_greeting(AgentId sender) {
   if (!std::binary_search(heard_remotely_.begin(), heard_remotely_.end(), sender)) return;
   greeted_by_.insert(sender);
-  if (greeted_by_.size() == heard_remotely_.size()) wake_.notify_one();
+  wake_.notify_one();
+}
+
+void Node::on_measurement(const wire::Measurement& measurement) {
+  guarded([&] {
+    if (measurement.epoch == kGreeting) {
+      plant_greeted_us_ = true;
+      wake_.notify_one();
+      return;
+    }
+    if (!lockstep_ || measurement.epoch != epoch_ || finish_) return;
+    lockstep_->receive(measurement);
+    lockstep_->advance();
+    if (lockstep_->report_due()) wake_.notify_one();
+  });
 }
 
 void Node::on_command(wire::Command&& command) {
@@ -147,10 +162,10 @@ void Node::serve(Lock& lock) {
   while (true) {
     const auto has_work = [&] {
       return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-             (lockstep_ && !finish_ && lockstep_->report_due()) || (lockstep_ && !ready_said_ && met()) || (!greeted_ && may_greet());
+             (lockstep_ && !finish_ && lockstep_->report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet());
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
-    if (granted_ || information_.empty())
+    if ((granted_ && !somebody_joins()) || (information_.empty() && !actuations_))
       wake_.wait(lock, has_work);
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
@@ -159,8 +174,8 @@ void Node::serve(Lock& lock) {
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
     if (!greeted_ && may_greet()) greet();
-    if (lockstep_ && !ready_said_ && met()) {
-      ready_said_ = true;
+    if (const Round until = met_until(); until > ready_until_) {
+      ready_until_ = until;
       announce(lock, wire::State::ready);
     }
     if (lockstep_ && !finish_ && lockstep_->report_due()) send_reports(lock, false);
@@ -175,7 +190,8 @@ void Node::serve(Lock& lock) {
 void Node::begin_run(Lock& lock) {
   assigned_ = false;
   epoch_ = newest_epoch_;
-  ready_said_ = finish_ = finished_ = granted_ = false;
+  ready_until_ = 0;
+  finish_ = finished_ = granted_ = false;
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
   const std::uint32_t process = options_.agents.front().value;
@@ -188,10 +204,14 @@ void Node::begin_run(Lock& lock) {
   lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_,
                                          [this](std::size_t member, Round round, std::span<const double> payload) {
                                            if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
+                                         },
+                                         [this, process](Round round, std::span<const double> controls) {
+                                           actuations_->write({*epoch_, process, round, controls});
                                          });
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
+  meet_plant(lock);
   const std::uint32_t epoch = *epoch_;
   std::vector<wire::Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
@@ -216,7 +236,7 @@ void Node::meet_neighbours(Lock& lock) {
     } else {
       wanted.insert(wanted.end(), member.in_neighbours.begin(), member.in_neighbours.end());
     }
-    if (member.remote_readers > 0 && !information_.contains(member.agent)) new_writers.emplace_back(m, member.agent);
+    if (member.remote_readers + member.late_readers.size() > 0 && !information_.contains(member.agent)) new_writers.emplace_back(m, member.agent);
   }
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
@@ -257,9 +277,32 @@ void Node::meet_neighbours(Lock& lock) {
   }
 }
 
-/// Everybody who may ever hear us has been found.
+/// Creates the ends of the closed loop, if there is one and an earlier run of the session did not.
+void Node::meet_plant(Lock& lock) {
+  const wire::Assignment& run = parts_.begin()->second;
+  if (!run.plant) return;
+  const std::uint32_t process = options_.agents.front().value;
+  const bool steers = run.steers;
+  lock.unlock();  // creating endpoints calls back
+  if (!measurements_)
+    measurements_.emplace(participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); });
+  std::optional<wire::ActuationWriter> created;
+  if (steers && !actuations_) {
+    created.emplace(participant_, process, [this](std::size_t n) {
+      guarded([&] {
+        plant_found_ = n > 0;
+        greeted_ = false;
+        wake_.notify_one();
+      });
+    });
+  }
+  lock.lock();
+  if (created) actuations_.emplace(std::move(*created));
+}
+
+/// Everybody who reads us from the start has been found.
 bool Node::may_greet() const {
-  if (!lockstep_ || information_.empty()) return false;
+  if (!lockstep_ || (information_.empty() && !actuations_) || (actuations_ && !plant_found_)) return false;
   return std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
     const auto readers = readers_of_.find(member.agent);
     return member.remote_readers == 0 || (readers != readers_of_.end() && readers->second >= member.remote_readers);
@@ -269,10 +312,35 @@ bool Node::may_greet() const {
 void Node::greet() {
   greeted_ = true;
   for (auto& [agent, writer] : information_) writer.write(kGreeting, 0, {});
+  if (actuations_) actuations_->write({kGreeting, options_.agents.front().value, 0, {}});
 }
 
-/// Everybody we may ever hear has greeted us, and everybody who may ever hear us has been found.
-bool Node::met() const { return greeted_by_.size() == heard_remotely_.size() && (information_.empty() || may_greet()); }
+/// Somebody who will read us joins at a round that is not granted yet.
+bool Node::somebody_joins() const {
+  return lockstep_ && std::any_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
+    return !member.late_readers.empty() && member.late_readers.back() >= lockstep_->granted_until();
+  });
+}
+
+/// Rounds below this one may be granted as far as this process is concerned: everybody it hears by then has greeted it, everybody who
+/// reads it from the start has been found, and so has the plant. 0: not even the first.
+Round Node::met_until() const {
+  if (!lockstep_) return 0;
+  const wire::Assignment& run = parts_.begin()->second;
+  if ((!information_.empty() || actuations_) && !may_greet()) return 0;
+  if (run.plant && !plant_greeted_us_) return 0;
+  Round until = std::numeric_limits<Round>::max();
+  if (greeted_by_.size() == heard_remotely_.size()) return until;
+  Round first = until;  // of this process
+  for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
+  for (const AgentId agent : heard_remotely_) {
+    if (greeted_by_.contains(agent)) continue;
+    const auto joining = run.joining.find(agent);
+    if (joining == run.joining.end() || joining->second <= first) return 0;
+    until = std::min(until, joining->second);
+  }
+  return until;
+}
 
 void Node::send_reports(Lock& lock, bool last) {
   wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}};
@@ -296,8 +364,10 @@ void Node::announce(Lock& lock, wire::State state, const std::string& note) {
     presence.round = slowest.round;
     presence.waiting_agent = slowest.agent;
     presence.waiting_for = std::move(slowest.waiting_for);
+    if (slowest.for_measurement && state == wire::State::status) presence.note = "waits for its measurement";
     if (presence.waiting_for.size() > 32) presence.waiting_for.resize(32);
   }
+  if (state == wire::State::ready) presence.round = ready_until_;
   constexpr std::array kWords{"hello", "met the neighbours", "asked for status", "failed", "leaving"};
   spdlog::info("epoch {}: {}{}", presence.epoch, kWords[static_cast<std::size_t>(state)], note.empty() ? "" : ": " + note);
   lock.unlock();

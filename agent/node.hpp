@@ -42,6 +42,7 @@ class Node {
   void on_orchestrator(std::size_t writers);
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);
+  void on_measurement(const wire::Measurement& measurement);
   template <class Work>
   void guarded(Work&& work);  // runs under the lock; a failure is kept for the main thread
 
@@ -49,11 +50,13 @@ class Node {
   void serve(Lock& lock);
   void begin_run(Lock& lock);
   void meet_neighbours(Lock& lock);
+  void meet_plant(Lock& lock);
   void send_reports(Lock& lock, bool last);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   void greet();
   [[nodiscard]] bool may_greet() const;
-  [[nodiscard]] bool met() const;
+  [[nodiscard]] bool somebody_joins() const;
+  [[nodiscard]] Round met_until() const;
 
   dds::domain::DomainParticipant participant_;
   NodeOptions options_;
@@ -68,7 +71,7 @@ class Node {
   std::vector<wire::Member> members_;
   std::unique_ptr<Lockstep> lockstep_;
   bool assigned_ = false;  // a complete assignment waits
-  bool ready_said_ = false;
+  Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false;
   std::size_t orchestrator_writers_ = 0;
   bool orchestrator_lost_ = false;
@@ -77,7 +80,9 @@ class Node {
   std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending
   std::set<AgentId> greeted_by_;               // those of them whose greeting has come: the connection works
   bool greeted_ = false;                       // everybody who reads us now has been greeted
-  bool granted_ = false;                       // rounds of this epoch have been granted: nobody needs a greeting any more
+  bool granted_ = false;                       // rounds of this epoch have been granted: only who joins on the way needs a greeting
+  bool plant_found_ = false;                   // it reads our actuation
+  bool plant_greeted_us_ = false;
 
   wire::Writer<wire::Presence> presence_;
   wire::Writer<wire::Layouts> layouts_;
@@ -85,6 +90,8 @@ class Node {
   std::map<AgentId, wire::InformationWriter> information_;
   std::vector<wire::InformationWriter*> outlet_;  // by member; null where nobody elsewhere may hear it
   std::vector<wire::InformationReader> information_readers_;
+  std::optional<wire::MeasurementReader> measurements_;
+  std::optional<wire::ActuationWriter> actuations_;
   wire::Reader<wire::Assignment> assignments_;
   wire::Reader<wire::Grant> grants_;
   wire::Reader<wire::Command> commands_;

@@ -69,9 +69,9 @@ Values PlantSpec::initial_of(AgentId agent, std::size_t agents, Seed run_seed) c
 
 Values PlantSpec::parameters_of(AgentId agent) const { return parameter_values(parameters, overrides, agent); }
 
-Presence Experiment::presence_of(AgentId agent) const {
+Attendance Experiment::presence_of(AgentId agent) const {
   const auto it = presence.find(agent);
-  return it == presence.end() ? Presence{} : it->second;
+  return it == presence.end() ? Attendance{} : it->second;
 }
 
 std::vector<AgentId> Experiment::sensed_by(AgentId agent, const Graph& support) const {

@@ -113,7 +113,7 @@ struct Experiment {
   TopologySpec topology;
   std::string topology_text;  ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
   std::vector<LinkEvent> link_events;
-  std::map<AgentId, Presence> presence;  ///< of agents that join or leave on the way; all others are there throughout
+  std::map<AgentId, Attendance> presence;  ///< of agents that join or leave on the way; all others are there throughout
   LinkModel links;
   std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
@@ -126,7 +126,7 @@ struct Experiment {
   std::string resolved_text;  ///< canonical text of the resolved experiment (YAML), kept with the results
 
   [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed, presence); }
-  [[nodiscard]] Presence presence_of(AgentId agent) const;
+  [[nodiscard]] Attendance presence_of(AgentId agent) const;
   /// Whose subsystems agent i measures: itself, then (sensing neighbours) everybody who may ever be its in-neighbour, ascending.
   [[nodiscard]] std::vector<AgentId> sensed_by(AgentId agent, const Graph& support) const;
   /// The initial values of one agent: `initial`, with that agent's override on top.

@@ -24,7 +24,7 @@ struct Signal {
 struct PlantPart {
   Values parameters, initial;
   std::vector<AgentId> sensed;  ///< whose outputs it measures: itself first, the others ascending
-  Presence presence;
+  Attendance presence;
   std::vector<Signal> signals;
 };
 

@@ -114,7 +114,7 @@ struct Schedule::Memory {
   std::array<Slot, kSlots> slots;
 };
 
-Schedule::Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Presence>& presence)
+Schedule::Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Attendance>& presence)
     : agents_(agents), spec_(std::move(spec)), seed_(seed), memory_(std::make_shared<Memory>()) {
   validate_spec();
   simplify_spec();
@@ -170,7 +170,7 @@ void Schedule::simplify_spec() {
   }
 }
 
-void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Presence>& presence) {
+void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Attendance>& presence) {
   const auto require_agent = [this](AgentId id, Round round) {
     if (id.value >= 1 && id.value <= agents_) return;
     throw ConfigError("event of round " + std::to_string(round) + ": there is no agent " + std::to_string(id.value) + "; allowed: 1 to " +

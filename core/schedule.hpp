@@ -39,11 +39,11 @@ struct LinkEvent {
 };
 
 /// When an agent takes part: rounds [from, until). Edges to and from an absent agent are absent.
-struct Presence {
+struct Attendance {
   Round from = 0;
   Round until = std::numeric_limits<Round>::max();
   [[nodiscard]] bool holds(Round k) const { return k >= from && k < until; }
-  bool operator==(const Presence&) const = default;
+  bool operator==(const Attendance&) const = default;
 };
 
 /// The topology of every round, a pure function of (specification, seed, round). Safe to ask from several threads; copies share what they
@@ -53,7 +53,7 @@ class Schedule {
   using Spec = std::variant<FixedSchedule, RandomPairs, RandomLinks>;
   /// Throws ConfigError on an empty list of intervals, an interval of no rounds, a graph with another number of agents, a dwell that is
   /// empty or upside down, a probability outside [0, 1], or an event that names an agent there is not.
-  Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Presence>& presence = {});
+  Schedule(std::size_t agents, Spec spec, std::vector<LinkEvent> events, Seed seed, const std::map<AgentId, Attendance>& presence = {});
 
   /// Rounds [first, last] share one graph object.
   struct Segment {
@@ -90,7 +90,7 @@ class Schedule {
 
   void validate_spec() const;
   void simplify_spec();
-  void build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Presence>& presence);
+  void build_epochs(std::vector<LinkEvent> events, const std::map<AgentId, Attendance>& presence);
   [[nodiscard]] std::size_t epoch_of(Round k) const;
   [[nodiscard]] Round last_of_epoch(std::size_t epoch) const;
   [[nodiscard]] Span span_of(const FixedSchedule& fixed, Round k) const;

@@ -100,6 +100,40 @@ consort_wire_MemberAssignment member_assignment(const Member& member, Arena& are
   out.remote_readers = member.remote_readers;
   out.links = convert_all<decltype(out.links)>(member.links.overrides, arena,
                                                [](const auto& item) { return link_rule(item.first.from.value, item.second); });
+  out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
+  out.measurements = member.measurements;
+  out.first_round = member.presence.from;
+  out.end_round = member.presence.until;
+  out.late_readers = borrow<decltype(out.late_readers)>(member.late_readers.data(), member.late_readers.size());
+  return out;
+}
+
+consort_wire_Signal signal(const Signal& in) {
+  consort_wire_Signal out{};
+  out.where = static_cast<std::uint8_t>(in.on);
+  out.kind = static_cast<std::uint8_t>(in.kind);
+  out.number = in.number;
+  out.hold_rounds = in.hold_rounds;
+  out.frequency = in.frequency;
+  out.rows = static_cast<std::uint32_t>(in.amplitude.rows());
+  out.columns = static_cast<std::uint32_t>(in.amplitude.cols());
+  out.amplitude = borrow<decltype(out.amplitude)>(in.amplitude.data(), static_cast<std::size_t>(in.amplitude.size()));
+  out.phase_rows = static_cast<std::uint32_t>(in.phase.rows());
+  out.phase_columns = static_cast<std::uint32_t>(in.phase.cols());
+  out.phase = borrow<decltype(out.phase)>(in.phase.data(), static_cast<std::size_t>(in.phase.size()));
+  return out;
+}
+
+consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const PlantPart& in, Arena& arena) {
+  consort_wire_PlantPart out{};
+  out.agent = agent.value;
+  out.process = process;
+  out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
+  out.initial = convert_all<decltype(out.initial)>(in.initial.entries(), arena, named_array);
+  out.sensed = ids<decltype(out.sensed)>(in.sensed, arena);
+  out.first_round = in.presence.from;
+  out.end_round = in.presence.until;
+  out.signals = convert_all<decltype(out.signals)>(in.signals, arena, signal);
   return out;
 }
 
@@ -209,6 +243,11 @@ LinkSpec link_spec(const consort_wire_LinkRule& rule) {
   return out;
 }
 
+Attendance attendance(std::uint32_t first, std::uint32_t end, const char* field) {
+  require(first < end, field);
+  return {first, end};
+}
+
 Member member(const consort_wire_MemberAssignment& in) {
   Member out;
   out.agent = agent_id(in.agent, "member.agent");
@@ -221,6 +260,41 @@ Member member(const consort_wire_MemberAssignment& in) {
   require(in.remote_readers <= kMaxAgents, "member.remote_readers");
   out.remote_readers = in.remote_readers;
   for (const auto& rule : view(in.links)) out.links.overrides[{agent_id(rule.from, "link.from"), out.agent}] = link_spec(rule);
+  out.model = named_arrays(in.model, "member.model");
+  require(in.measurements <= kMaxValues, "member.measurements");
+  out.measurements = in.measurements;
+  out.presence = attendance(in.first_round, in.end_round, "member.first_round");
+  for (const std::uint32_t round : view(in.late_readers)) {
+    require(out.late_readers.empty() || out.late_readers.back() <= round, "member.late_readers");
+    out.late_readers.push_back(round);
+  }
+  return out;
+}
+
+Signal signal(const consort_wire_Signal& in) {
+  Signal out;
+  require(in.where <= static_cast<std::uint8_t>(Disturbance::On::measurement), "signal.where");
+  require(in.kind <= static_cast<std::uint8_t>(Signal::Kind::constant), "signal.kind");
+  require(in.hold_rounds >= 1, "signal.hold_rounds");
+  require(std::isfinite(in.frequency), "signal.frequency");
+  out.on = static_cast<Disturbance::On>(in.where);
+  out.kind = static_cast<Signal::Kind>(in.kind);
+  out.number = in.number;
+  out.hold_rounds = in.hold_rounds;
+  out.frequency = in.frequency;
+  out.amplitude = matrix(in.rows, in.columns, view(in.amplitude), "signal.amplitude");
+  out.phase = matrix(in.phase_rows, in.phase_columns, view(in.phase), "signal.phase");
+  return out;
+}
+
+PlantPart plant_part(const consort_wire_PlantPart& in) {
+  PlantPart out;
+  out.parameters = named_arrays(in.parameters, "agent.parameters");
+  out.initial = named_arrays(in.initial, "agent.initial");
+  for (const std::uint32_t sensed : view(in.sensed)) out.sensed.push_back(agent_id(sensed, "agent.sensed"));
+  require(!out.sensed.empty(), "agent.sensed");
+  out.presence = attendance(in.first_round, in.end_round, "agent.first_round");
+  for (const auto& entry : view(in.signals)) out.signals.push_back(signal(entry));
   return out;
 }
 
@@ -290,6 +364,10 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.standard_link = link_rule(0, in.standard_link);
+  out.steers = in.steers;
+  out.plant = in.plant;
+  out.joining = convert_all<decltype(out.joining)>(
+      in.joining, arena, [](const auto& item) { return consort_wire_Joining{item.first.value, item.second}; });
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const Member& member) { return member_assignment(member, arena); });
   return out;
@@ -313,12 +391,59 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.window = in.window;
   out.parameters = named_arrays(in.parameters, "parameters");
   out.standard_link = link_spec(in.standard_link);
+  out.steers = in.steers;
+  out.plant = in.plant;
+  for (const auto& joining : view(in.joining)) {
+    require(joining.first_round >= 1, "joining.first_round");
+    require(out.joining.emplace(agent_id(joining.agent, "joining.agent"), joining.first_round).second, "joining.agent");
+  }
   out.members.reserve(in.members._length);
   for (const auto& entry : view(in.members)) {
     out.members.push_back(member(entry));
     const auto& added = out.members.back();
     require(added.agent.value <= in.agents && (added.in_neighbours.empty() || added.in_neighbours.back().value <= in.agents),
             "member.agent");
+  }
+  return out;
+}
+
+consort_wire_PlantAssignment encode(const PlantAssignment& in, Arena& arena) {
+  check(in.agents.size() == in.task.parts.size() && in.agents.size() == in.process_of.size(), "a plant assignment names every part");
+  consort_wire_PlantAssignment out{};
+  out.part = in.part;
+  out.parts = in.parts;
+  out.epoch = in.epoch;
+  out.seed = in.task.seed.value;
+  put(out.model, in.task.model, "the plant model's name");
+  out.dt = in.task.dt;
+  out.rounds = in.rounds;
+  out.report_interval = in.report_interval;
+  out.steered = in.steered;
+  auto* parts = allocate<consort_wire_PlantPart>(arena, in.agents.size());
+  for (std::size_t i = 0; i < in.agents.size(); ++i) parts[i] = plant_part(in.agents[i], in.process_of[i], in.task.parts[i], arena);
+  out.agents = borrow<decltype(out.agents)>(parts, in.agents.size());
+  return out;
+}
+
+PlantAssignment decode(const consort_wire_PlantAssignment& in) {
+  PlantAssignment out;
+  require(in.parts >= 1 && in.parts <= kMaxParts && in.part < in.parts, "part");
+  require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
+  require(in.report_interval >= 1, "report_interval");
+  out.part = in.part;
+  out.parts = in.parts;
+  out.epoch = in.epoch;
+  out.rounds = in.rounds;
+  out.report_interval = in.report_interval;
+  out.steered = in.steered;
+  out.task.model = text(in.model);
+  out.task.seed = Seed{in.seed};
+  out.task.dt = in.dt;
+  for (const auto& entry : view(in.agents)) {
+    out.agents.push_back(agent_id(entry.agent, "agents.agent"));
+    out.process_of.push_back(agent_id(entry.process, "agents.process").value);
+    require(out.agents.size() < 2 || out.agents[out.agents.size() - 2] < out.agents.back(), "agents.agent");
+    out.task.parts.push_back(plant_part(entry));
   }
   return out;
 }
@@ -392,7 +517,8 @@ Presence decode(const consort_wire_Presence& in) {
   Presence out;
   require(in.state <= static_cast<std::uint8_t>(State::leaving), "state");
   require(in.waiting_agent <= kMaxAgents, "waiting_agent");
-  out.process = agent_id(in.process, "process").value;
+  require(in.process <= kMaxAgents, "process");
+  out.process = in.process;
   out.epoch = in.epoch;
   out.state = static_cast<State>(in.state);
   out.pid = in.pid;
@@ -420,7 +546,8 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
 
 Telemetry decode(const consort_wire_Telemetry& in) {
   Telemetry out;
-  out.process = agent_id(in.process, "process").value;
+  require(in.process <= kMaxAgents, "process");
+  out.process = in.process;
   out.epoch = in.epoch;
   out.last = in.last;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
@@ -443,6 +570,35 @@ Information decode(const consort_wire_Information& in) {
   const auto values = view(in.values);
   require(values.size() <= kMaxValues && all_finite(values), "values");
   return {in.epoch, agent_id(in.sender, "sender"), in.round, values};
+}
+
+consort_wire_Measurement encode(const Measurement& in) {
+  consort_wire_Measurement out{};
+  out.epoch = in.epoch;
+  out.round = in.round;
+  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
+  return out;
+}
+
+Measurement decode(const consort_wire_Measurement& in) {
+  const auto values = view(in.values);
+  require(values.size() <= kMaxValues && all_finite(values), "values");
+  return {in.epoch, in.round, values};
+}
+
+consort_wire_Actuation encode(const Actuation& in) {
+  consort_wire_Actuation out{};
+  out.epoch = in.epoch;
+  out.process = in.process;
+  out.round = in.round;
+  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
+  return out;
+}
+
+Actuation decode(const consort_wire_Actuation& in) {
+  const auto values = view(in.values);
+  require(values.size() <= kMaxValues && all_finite(values), "values");
+  return {in.epoch, agent_id(in.process, "process").value, in.round, values};
 }
 
 }  // namespace consort::wire

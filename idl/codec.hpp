@@ -19,19 +19,25 @@ struct Rejected : std::runtime_error {
 using Arena = std::pmr::monotonic_buffer_resource;
 
 consort_wire_Assignment encode(const Assignment&, Arena&);
+consort_wire_PlantAssignment encode(const PlantAssignment&, Arena&);
 consort_wire_Grant encode(const Grant&, Arena&);
 consort_wire_Command encode(const Command&, Arena&);
 consort_wire_Layout encode(const Layouts&, Arena&);
 consort_wire_Presence encode(const Presence&, Arena&);
 consort_wire_Telemetry encode(const Telemetry&, Arena&);
 consort_wire_Information encode(const Information&);
+consort_wire_Measurement encode(const Measurement&);
+consort_wire_Actuation encode(const Actuation&);
 
 Assignment decode(const consort_wire_Assignment&);
+PlantAssignment decode(const consort_wire_PlantAssignment&);
 Grant decode(const consort_wire_Grant&);
 Command decode(const consort_wire_Command&);
 Layouts decode(const consort_wire_Layout&);
 Presence decode(const consort_wire_Presence&);
 Telemetry decode(const consort_wire_Telemetry&);
-Information decode(const consort_wire_Information&);  ///< a view of the sample's memory
+Information decode(const consort_wire_Information&);  ///< views of the sample's memory
+Measurement decode(const consort_wire_Measurement&);
+Actuation decode(const consort_wire_Actuation&);
 
 }  // namespace consort::wire

@@ -5,9 +5,12 @@
 #include <atomic>
 
 DDS_TOPIC_TYPE(consort_wire_Assignment);
+DDS_TOPIC_TYPE(consort_wire_PlantAssignment);
 DDS_TOPIC_TYPE(consort_wire_Grant);
 DDS_TOPIC_TYPE(consort_wire_Command);
 DDS_TOPIC_TYPE(consort_wire_Information);
+DDS_TOPIC_TYPE(consort_wire_Measurement);
+DDS_TOPIC_TYPE(consort_wire_Actuation);
 DDS_TOPIC_TYPE(consort_wire_Layout);
 DDS_TOPIC_TYPE(consort_wire_Presence);
 DDS_TOPIC_TYPE(consort_wire_Telemetry);
@@ -32,6 +35,11 @@ template <>
 struct TopicOf<Assignment> {
   using Wire = consort_wire_Assignment;
   static constexpr const char* name = "consort_assignment";
+};
+template <>
+struct TopicOf<PlantAssignment> {
+  using Wire = consort_wire_PlantAssignment;
+  static constexpr const char* name = "consort_plant_assignment";
 };
 template <>
 struct TopicOf<Grant> {
@@ -77,6 +85,22 @@ Qos information_qos() {
   qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << IgnoreLocal::Participant();
   return qos;
 }
+
+/// Where a sample of the closed loop goes: a measurement to one process, an actuation to the plant.
+template <class T>
+struct LoopOf;
+template <>
+struct LoopOf<Measurement> {
+  using Wire = consort_wire_Measurement;
+  static constexpr const char* topic = "consort_measurement";
+  static std::string partition(std::uint32_t process) { return "process" + std::to_string(process); }
+};
+template <>
+struct LoopOf<Actuation> {
+  using Wire = consort_wire_Actuation;
+  static constexpr const char* topic = "consort_actuation";
+  static std::string partition(std::uint32_t) { return "plant"; }
+};
 
 std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.value); }
 
@@ -159,12 +183,14 @@ std::uint64_t Reader<T>::rejected() const {
 }
 
 template class Writer<Assignment>;
+template class Writer<PlantAssignment>;
 template class Writer<Grant>;
 template class Writer<Command>;
 template class Writer<Layouts>;
 template class Writer<Presence>;
 template class Writer<Telemetry>;
 template class Reader<Assignment>;
+template class Reader<PlantAssignment>;
 template class Reader<Grant>;
 template class Reader<Command>;
 template class Reader<Layouts>;
@@ -260,5 +286,77 @@ InformationReader::InformationReader(const dds::domain::DomainParticipant& parti
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
 std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
+
+// --- the closed loop --------------------------------------------------------------------------------------------------
+
+template <class T>
+struct LoopWriter<T>::Impl {
+  using Wire = typename LoopOf<T>::Wire;
+  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched)
+      : writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::pub::qos::DataWriterQos>(),
+               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
+                 on_matched(status.current_count());
+               }}) {}
+  dds::pub::DataWriter<Wire> writer;
+};
+
+template <class T>
+LoopWriter<T>::LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process,
+                          std::function<void(std::size_t)> on_matched)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched))) {}
+template <class T>
+LoopWriter<T>::~LoopWriter() = default;
+template <class T>
+LoopWriter<T>::LoopWriter(LoopWriter&&) noexcept = default;
+template <class T>
+void LoopWriter<T>::write(const T& value) {
+  impl_->writer.write(encode(value));
+}
+
+template <class T>
+struct LoopReader<T>::Impl {
+  using Wire = typename LoopOf<T>::Wire;
+  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
+      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::sub::qos::DataReaderQos>(),
+               listener(std::move(on_data))) {}
+
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data) {
+    dds::sub::DataReaderListener<Wire> result;
+    result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
+      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
+        for (const auto& sample : samples) {
+          try {
+            on_data(decode(sample.data()));
+          } catch (const Rejected&) {
+            rejected.fetch_add(1, std::memory_order_relaxed);
+          }
+        }
+      }
+    };
+    return result;
+  }
+
+  std::atomic<std::uint64_t> rejected{0};
+  dds::sub::DataReader<Wire> reader;
+};
+
+template <class T>
+LoopReader<T>::LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_data))) {}
+template <class T>
+LoopReader<T>::~LoopReader() = default;
+template <class T>
+LoopReader<T>::LoopReader(LoopReader&&) noexcept = default;
+template <class T>
+std::uint64_t LoopReader<T>::rejected() const {
+  return impl_->rejected.load(std::memory_order_relaxed);
+}
+
+template class LoopWriter<Measurement>;
+template class LoopWriter<Actuation>;
+template class LoopReader<Measurement>;
+template class LoopReader<Actuation>;
 
 }  // namespace consort::wire

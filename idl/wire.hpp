@@ -2,12 +2,13 @@
 /// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated;
 /// what breaks a bound of consort.idl is dropped, counted and named (`rejected()`), never passed on.
 
-#include "core/experiment.hpp"
+#include "core/plant_task.hpp"
 #include "core/trace.hpp"
 
 #include <dds/dds.hpp>
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,8 +25,12 @@ struct Member {
   Values parameters;                   ///< on top of the common ones
   bool hears_everyone = false;         ///< every other agent may be an in-neighbour
   std::vector<AgentId> in_neighbours;  ///< else: everyone who may ever be one, ascending
-  std::uint32_t remote_readers = 0;    ///< processes other than its own in which somebody may hear it
+  std::uint32_t remote_readers = 0;    ///< processes other than its own that read it from its first round on
+  std::vector<Round> late_readers;     ///< when a further process begins to, ascending
   LinkModel links;                     ///< only `overrides` travels: exceptions among its in-links
+  Values model;                        ///< what it knows of its own dynamics; empty without a plant
+  std::uint32_t measurements = 0;      ///< length of y_i; 0 without a plant
+  Attendance presence;
 };
 
 /// One part of a run's assignment; part p of `parts` holds some of the members.
@@ -38,7 +43,20 @@ struct Assignment {
   Round rounds = 0, report_interval = 1, window = 1;
   Values parameters;
   LinkSpec standard_link;
+  bool steers = false;  ///< the plant waits for every agent's actuation
+  bool plant = false;   ///< there is a plant: whoever measures waits for it
+  std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
   std::vector<Member> members;
+};
+
+/// One part of what the plant is told; part p of `parts` holds some of the agents, ascending.
+struct PlantAssignment {
+  std::uint32_t part = 0, parts = 1, epoch = 0;
+  Round rounds = 0, report_interval = 1;
+  bool steered = false;
+  PlantTask task;                         ///< `parts` of the agents named by `agents`, in that order
+  std::vector<AgentId> agents;            ///< ascending
+  std::vector<std::uint32_t> process_of;  ///< by position in `agents`: lowest id among the agents hosted together with it
 };
 
 struct Segment {
@@ -73,6 +91,18 @@ struct Layouts {
   Layout message, estimate;
 };
 
+/// Views: `values` is valid during the call it is handed to.
+struct Measurement {
+  std::uint32_t epoch = 0;
+  Round round = 0;
+  std::span<const double> values;
+};
+struct Actuation {
+  std::uint32_t epoch = 0, process = 0;
+  Round round = 0;
+  std::span<const double> values;
+};
+
 enum class State : std::uint8_t { hello, ready, status, failed, leaving };
 struct Presence {
   std::uint32_t process = 0, epoch = 0;
@@ -104,7 +134,7 @@ struct Telemetry {
   std::vector<LinkReport> links;
 };
 
-/// Writes one topic with the QoS that topic has. T: Assignment, Grant, Command, Layouts, Presence, Telemetry.
+/// Writes one topic with the QoS that topic has. T: Assignment, PlantAssignment, Grant, Command, Layouts, Presence, Telemetry.
 /// write() throws dds::core::Error, and ConfigError if a text or number does not fit the wire.
 template <class T>
 class Writer {
@@ -176,5 +206,40 @@ class InformationReader {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// One end of the closed loop: writes and reads bare numbers of a round, point to point. `on_matched(n)`: now n readers are matched.
+/// The plant has a MeasurementWriter per process and one ActuationReader; a process has one MeasurementReader and one ActuationWriter.
+template <class T>
+class LoopWriter {
+ public:
+  /// Measurement: to the process of that name alone. Actuation: to the plant.
+  LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched);
+  ~LoopWriter();
+  LoopWriter(LoopWriter&&) noexcept;
+  void write(const T& value);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+template <class T>
+class LoopReader {
+ public:
+  /// Measurement: those of process `process`. Actuation: everybody's. `on_data` runs on a receive thread; it must not block.
+  LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data);
+  ~LoopReader();
+  LoopReader(LoopReader&&) noexcept;
+  [[nodiscard]] std::uint64_t rejected() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+using MeasurementWriter = LoopWriter<Measurement>;
+using MeasurementReader = LoopReader<Measurement>;
+using ActuationWriter = LoopWriter<Actuation>;
+using ActuationReader = LoopReader<Actuation>;
 
 }  // namespace consort::wire

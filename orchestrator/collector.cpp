@@ -4,65 +4,105 @@
 
 namespace consort {
 
-Collector::Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval)
-    : agents_(agents), dimension_(dimension), rounds_(rounds), interval_(report_interval) {}
+Collector::Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension,
+                     const std::map<AgentId, Attendance>& presence)
+    : agents_(agents),
+      dimension_(dimension),
+      state_dimension_(state_dimension),
+      rounds_(rounds),
+      interval_(report_interval),
+      presence_(presence) {}
 
 Round Collector::round_of(std::size_t number) const {
   return static_cast<Round>(std::min<std::uint64_t>(std::uint64_t{number} * interval_, rounds_));
 }
 
-void Collector::add(const wire::MemberReport& report) {
-  const std::size_t agent = index_of(report.agent);
-  if (agent >= agents_ || report.estimates.size() != report.rounds.size() * dimension_) {
+Attendance Collector::attendance_of(AgentId agent) const {
+  const auto at = presence_.find(agent);
+  return at == presence_.end() ? Attendance{} : at->second;
+}
+
+void Collector::fill_absent(Half& half, AgentId agent, const Last& last) {
+  const std::size_t index = index_of(agent), dimension = half.numbers.size() / half.here.size();
+  if (half.here[index]) return;
+  std::fill_n(half.numbers.begin() + static_cast<std::ptrdiff_t>(index * dimension), dimension, kAbsent);
+  half.hashes[index] = last.hash;
+  half.counters[index] = last.counters;
+  half.here[index] = true;
+  ++half.count;
+}
+
+Collector::Half Collector::new_half(Round k, std::size_t dimension, const std::map<AgentId, Last>& last) const {
+  Half half{std::vector<double>(agents_ * dimension), std::vector<std::uint64_t>(agents_), std::vector<AgentCounters>(agents_),
+            std::vector<bool>(agents_), 0};
+  for (const auto& [agent, attendance] : presence_) {
+    if (k < attendance.from) fill_absent(half, agent, {HistoryHash{}.value(), {}});
+    const auto left = last.find(agent);
+    if (k >= attendance.until && left != last.end()) fill_absent(half, agent, left->second);
+  }
+  return half;
+}
+
+Collector::Row Collector::new_row(Round k) const {
+  return {new_half(k, dimension_, last_agents_), state_dimension_ > 0 ? new_half(k, state_dimension_, last_plant_) : Half{}};
+}
+
+/// An agent has said its last word: it holds for every later round.
+void Collector::keep_last(AgentId agent, Round from, const Last& last, bool of_plant) {
+  (of_plant ? last_plant_ : last_agents_).emplace(agent, last);
+  for (std::size_t r = 0; r < rows_.size(); ++r)
+    if (round_of(first_ + r) >= from) fill_absent(of_plant ? rows_[r].plant : rows_[r].agents, agent, last);
+}
+
+void Collector::add(const wire::MemberReport& report, bool of_plant) {
+  const std::size_t agent = index_of(report.agent), dimension = of_plant ? state_dimension_ : dimension_;
+  if (agent >= agents_ || report.estimates.size() != report.rounds.size() * dimension || (of_plant && state_dimension_ == 0)) {
     left_out_ += report.rounds.size();
     return;
   }
+  const Attendance attendance = attendance_of(report.agent);
   for (std::size_t r = 0; r < report.rounds.size(); ++r) {
-    const std::size_t number = number_of(report.rounds[r]);
-    if (!is_reported(report.rounds[r]) || number < first_) {
+    const Round k = report.rounds[r];
+    if (k == attendance.until) {
+      keep_last(report.agent, k, {report.hashes[r], report.counters[r]}, of_plant);
+      continue;
+    }
+    const std::size_t number = number_of(k);
+    if (!is_reported(k) || number < first_ || !attendance.holds(k)) {
       ++left_out_;
       continue;
     }
-    while (rows_.size() <= number - first_) {
-      if (spare_.empty()) {
-        rows_.push_back({std::vector<double>(agents_ * dimension_), std::vector<std::uint64_t>(agents_),
-                         std::vector<AgentCounters>(agents_), std::vector<bool>(agents_), 0});
-      } else {
-        rows_.push_back(std::move(spare_.back()));
-        spare_.pop_back();
-      }
-    }
-    Row& row = rows_[number - first_];
-    if (row.here[agent]) {
+    while (rows_.size() <= number - first_) rows_.push_back(new_row(round_of(first_ + rows_.size())));
+    Half& half = of_plant ? rows_[number - first_].plant : rows_[number - first_].agents;
+    if (half.here[agent]) {
       ++left_out_;
       continue;
     }
-    row.here[agent] = true;
-    ++row.count;
-    std::copy_n(report.estimates.begin() + static_cast<std::ptrdiff_t>(r * dimension_), dimension_,
-                row.estimates.begin() + static_cast<std::ptrdiff_t>(agent * dimension_));
-    row.hashes[agent] = report.hashes[r];
-    row.counters[agent] = report.counters[r];
+    half.here[agent] = true;
+    ++half.count;
+    std::copy_n(report.estimates.begin() + static_cast<std::ptrdiff_t>(r * dimension), dimension,
+                half.numbers.begin() + static_cast<std::ptrdiff_t>(agent * dimension));
+    half.hashes[agent] = report.hashes[r];
+    half.counters[agent] = report.counters[r];
   }
 }
 
 void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
-  while (!rows_.empty() && rows_.front().count == agents_) {
-    Row& row = rows_.front();
-    const bool more = use({round_of(first_), row.estimates, row.hashes, row.counters});
-    row.count = 0;
-    row.here.assign(agents_, false);
-    spare_.push_back(std::move(row));
+  const auto complete = [this](const Row& row) {
+    return row.agents.count == agents_ && (state_dimension_ == 0 || row.plant.count == agents_);
+  };
+  while (!rows_.empty() && complete(rows_.front())) {
+    const Row row = std::move(rows_.front());
     rows_.pop_front();
-    ++first_;
-    if (!more) return;
+    const Round k = round_of(first_++);
+    if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes})) return;
   }
 }
 
 std::vector<AgentId> Collector::missing() const {
   std::vector<AgentId> agents;
   for (std::size_t i = 0; i < agents_; ++i) {
-    if (rows_.empty() || !rows_.front().here[i]) agents.push_back(agent_at(i));
+    if (rows_.empty() || !rows_.front().agents.here[i]) agents.push_back(agent_at(i));
   }
   return agents;
 }

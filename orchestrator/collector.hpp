@@ -6,16 +6,21 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <vector>
 
 namespace consort {
 
 class Collector {
  public:
-  Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval);
+  /// `state_dimension`: of an agent's part of the plant, 0 without one. `presence`: agents that join or leave on the way; an agent that
+  /// leaves reports the round it leaves in, which then counts as its last word.
+  Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension = 0,
+            const std::map<AgentId, Attendance>& presence = {});
 
-  /// Takes one agent's reports. What does not fit the run (unknown agent, wrong size, a round not reported, twice) is counted and left out.
-  void add(const wire::MemberReport& report);
+  /// Takes one agent's reports, or (`of_plant`) those of its part of the plant. What does not fit the run (unknown agent, wrong size, a
+  /// round not reported, twice) is counted and left out.
+  void add(const wire::MemberReport& report, bool of_plant = false);
   /// Calls `use` for every round that is complete now, ascending, until it returns false.
   void hand_on(const std::function<bool(const RoundReport&)>& use);
 
@@ -24,22 +29,37 @@ class Collector {
   [[nodiscard]] std::vector<AgentId> missing() const;
 
  private:
-  struct Row {
-    std::vector<double> estimates;
+  /// What one kind of reporter (the agents, or the plant on their parts) said of one round.
+  struct Half {
+    std::vector<double> numbers;
     std::vector<std::uint64_t> hashes;
     std::vector<AgentCounters> counters;
     std::vector<bool> here;
     std::size_t count = 0;
   };
+  struct Row {
+    Half agents, plant;
+  };
+  /// The last word of an agent that has left.
+  struct Last {
+    std::uint64_t hash;
+    AgentCounters counters;
+  };
+  [[nodiscard]] Row new_row(Round k) const;
+  [[nodiscard]] Half new_half(Round k, std::size_t dimension, const std::map<AgentId, Last>& last) const;
+  static void fill_absent(Half& half, AgentId agent, const Last& last);
+  [[nodiscard]] Attendance attendance_of(AgentId agent) const;
+  void keep_last(AgentId agent, Round from, const Last& last, bool of_plant);
   [[nodiscard]] bool is_reported(Round k) const { return k <= rounds_ && (k % interval_ == 0 || k == rounds_); }
   [[nodiscard]] std::size_t number_of(Round k) const { return k / interval_ + (k % interval_ != 0 ? 1 : 0); }
   [[nodiscard]] Round round_of(std::size_t number) const;
 
-  std::size_t agents_, dimension_;
+  std::size_t agents_, dimension_, state_dimension_;
   Round rounds_, interval_;
+  std::map<AgentId, Attendance> presence_;
+  std::map<AgentId, Last> last_agents_, last_plant_;
   std::size_t first_ = 0;  // number of rows_.front()
   std::deque<Row> rows_;
-  std::vector<Row> spare_;  // rows to use again
   std::uint64_t left_out_ = 0;
 };
 

@@ -22,7 +22,7 @@ class EventTeller {
     }
     for (const auto& [agent, presence] : experiment.presence) {
       if (presence.from > 0) events_.push_back({presence.from, "join", fmt::format("agent {}", agent.value)});
-      if (presence.until < Presence{}.until) events_.push_back({presence.until, "leave", fmt::format("agent {}", agent.value)});
+      if (presence.until < Attendance{}.until) events_.push_back({presence.until, "leave", fmt::format("agent {}", agent.value)});
     }
     std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }

@@ -24,6 +24,7 @@ class Hub {
       : domain_(domain, configuration),
         participant_(domain_),
         assignments(participant_),
+        plant_assignments(participant_),
         grants(participant_),
         commands(participant_),
         presence_(participant_, callbacks.on_presence),
@@ -39,6 +40,7 @@ class Hub {
 
  public:
   wire::Writer<wire::Assignment> assignments;
+  wire::Writer<wire::PlantAssignment> plant_assignments;
   wire::Writer<wire::Grant> grants;
   wire::Writer<wire::Command> commands;
 

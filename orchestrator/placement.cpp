@@ -18,8 +18,15 @@ Placement place(const Experiment& experiment) {
   const std::size_t n = experiment.agents;
   placement.support = experiment.schedule(experiment.seed).support(experiment.rounds);
   placement.process_of.resize(n);
+  std::size_t room = 0;  // in the newest process
   for (std::size_t index = 0; index < n; ++index) {
-    if (index % experiment.agents_per_process == 0) placement.processes.emplace_back();
+    const Round first = experiment.presence_of(agent_at(index)).from;
+    // Whoever joins together may share a process; nobody shares one with somebody who is there earlier.
+    if (room == 0 || placement.processes.back().first != first) {
+      placement.processes.push_back({{}, {}, first});
+      room = experiment.agents_per_process;
+    }
+    --room;
     placement.processes.back().agents.push_back(agent_at(index));
     placement.process_of[index] = placement.processes.size() - 1;
   }
@@ -34,7 +41,7 @@ Placement place(const Experiment& experiment) {
   }
   std::size_t reader_count = 0, senders = 0;
   for (const auto& set : readers) {
-    placement.remote_readers.push_back(static_cast<std::uint32_t>(set.size()));
+    placement.readers.emplace_back(set.begin(), set.end());
     reader_count += set.size();
     senders += set.empty() ? 0 : 1;
   }

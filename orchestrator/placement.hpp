@@ -10,13 +10,14 @@ namespace consort {
 struct ProcessPlan {
   std::vector<AgentId> agents;          ///< hosted, ascending; the first one names the process
   std::vector<std::size_t> neighbours;  ///< indices of processes it exchanges Information with, ascending
+  Round first = 0;                      ///< round in which the first of its agents begins to take part
 };
 
 struct Placement {
   std::vector<ProcessPlan> processes;
   std::vector<std::size_t> process_of;        ///< by agent index
   Graph support;                              ///< every edge any round of any job may use
-  std::vector<std::uint32_t> remote_readers;  ///< by agent index: other processes in which somebody may hear it
+  std::vector<std::vector<std::size_t>> readers;  ///< by agent index: other processes in which somebody may hear it, ascending
   bool neighbour_discovery = false;           ///< unicast along the edges; else multicast, everybody finds everybody
   bool multicast_data = false;                ///< one packet for all: most processes read each message
 };

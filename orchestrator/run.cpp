@@ -60,11 +60,10 @@ class JobRun {
         teller_(experiment, job_, observer) {}
 
   JobOutcome run() {
-    const wire::Layouts layouts = session_.layouts();
-    const RunLayouts names{layouts.message, layouts.estimate};
-    trace_ = names.empty_trace(experiment_.agents);
-    collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_);
-    observer_.run_begins(job_, names);
+    const RunLayouts layouts = session_.layouts();
+    trace_ = layouts.empty_trace(experiment_.agents);
+    collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_, trace_.state_dimension, experiment_.presence);
+    observer_.run_begins(job_, layouts);
     started_ = Clock::now();
     last_news_ = started_;
     grant_from(0);
@@ -85,10 +84,11 @@ class JobRun {
  private:
   /// Everybody has reported round `reached`: lets the agents go on, sized by the speed seen so far.
   void grant_from(Round reached) {
+    const Round pause = welcome(reached);
     const double speed = reached / std::max(seconds_since(started_), 1e-6);
     const Round half = round_up(reached == 0 ? kFirstGrantRounds : std::min(speed * kGrantSeconds, 4.0 * half_), interval_);
     half_ = half;
-    const auto bounded = [&](std::uint64_t k) { return static_cast<Round>(std::min<std::uint64_t>(k, experiment_.rounds)); };
+    const auto bounded = [&](std::uint64_t k) { return static_cast<Round>(std::min<std::uint64_t>(k, pause)); };
     wire::Grant grant{
         epoch_, std::max(granted_, bounded(std::uint64_t{reached} + 2 * std::uint64_t{half})), bounded(std::uint64_t{reached} + half), {}};
     while (stated_until_ < grant.until) {
@@ -104,9 +104,26 @@ class JobRun {
     session_.broadcast(grant);
   }
 
+  /// Lets in whoever joins before the next reported round. Returns the round up to which may be granted without anybody else joining; it
+  /// is a reported one, so that everybody's arrival there is heard of.
+  Round welcome(Round reached) {
+    Round next = experiment_.rounds;
+    for (const auto& [agent, presence] : experiment_.presence) {
+      if (presence.from == 0 || presence.from > experiment_.rounds || presence.from <= joined_) continue;
+      next = std::min(next, presence.from);
+    }
+    if (next == experiment_.rounds) return next;
+    const Round pause = next - next % interval_;
+    if (reached < pause) return pause;
+    session_.join(next);
+    joined_ = next;
+    graphs_ = {};  // who joins has heard of no graph yet
+    return welcome(reached);
+  }
+
   void take(wire::Telemetry&& telemetry) {
     if (telemetry.epoch != epoch_) return;
-    for (const wire::MemberReport& report : telemetry.members) collector_->add(report);
+    for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
     std::optional<Round> reached;
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;
@@ -159,7 +176,7 @@ class JobRun {
   Trace trace_;
   std::optional<Collector> collector_;
   GraphNumbers graphs_;
-  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0;
+  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, joined_ = 0;
   Clock::time_point started_, last_news_;
   bool over_ = false, stall_told_ = false;
 };

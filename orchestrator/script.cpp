@@ -254,8 +254,8 @@ class TopLevel {
         continue;
       }
       const AgentId agent{static_cast<std::uint32_t>(*id)};
-      Presence& presence = out_.presence[agent];
-      const bool twice = joins ? presence.from > 0 : presence.until < Presence{}.until;
+      Attendance& presence = out_.presence[agent];
+      const bool twice = joins ? presence.from > 0 : presence.until < Attendance{}.until;
       if (twice || round == 0) {
         mistakes_.add(node, fmt::format("{}: found agent {} {}; allowed: each agent joins and leaves at most once, after round 0", what,
                                         *id, twice ? "a second time" : "in round 0"));

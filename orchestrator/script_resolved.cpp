@@ -218,7 +218,7 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   for (const auto& event : experiment.link_events) out["events"].push_back(event_of(event));
   for (const auto& [agent, presence] : experiment.presence) {
     if (presence.from > 0) out["events"].push_back(presence_event("join", agent, presence.from));
-    if (presence.until < Presence{}.until) out["events"].push_back(presence_event("leave", agent, presence.until));
+    if (presence.until < Attendance{}.until) out["events"].push_back(presence_event("leave", agent, presence.until));
   }
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
   if (experiment.convergence) {

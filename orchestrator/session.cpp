@@ -15,6 +15,7 @@ using std::chrono::milliseconds;
 constexpr unsigned kDomains = 100;  // above, the ports of a domain would reach the kernel's ephemeral ones
 constexpr unsigned kDomainIds = 230;
 constexpr unsigned kDomainAttempts = 5;
+constexpr std::uint32_t kPlant = 0;  // its name among the processes
 constexpr unsigned kPortsPerProcess = 4;
 constexpr std::size_t kProcessesPerHub = 20;
 constexpr std::size_t kMembersPerPart = 200;
@@ -39,8 +40,15 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     state.name = "agent-" + std::to_string(plan.agents.front().value);
     if (plan.agents.size() > 1) state.name += "-" + std::to_string(plan.agents.back().value);
     state.external = is_external(plan);
+    state.first = plan.first;
     states_.push_back(state);
     process_by_name_[plan.agents.front().value] = p;
+  }
+  if (has_plant()) {
+    ProcessState state;
+    state.name = "plant";
+    states_.push_back(state);
+    process_by_name_[kPlant] = plant();
   }
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.interface != "lo";
@@ -73,7 +81,7 @@ void Session::open_hubs() {
 /// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
 void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
-  settings_.tuned = processes() > kTunedFrom;
+  settings_.tuned = slots() > kTunedFrom;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
   const unsigned first = derived ? domain_of(options_.run_name) : static_cast<unsigned>(options_.domain);
@@ -91,8 +99,8 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
 
 /// Every hub and every process has a port of its own in one block, so all can share a domain.
 void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
-  const std::size_t hubs = (processes() + kProcessesPerHub - 1) / kProcessesPerHub;
-  ports_.emplace(kPortsPerProcess * (processes() + hubs));
+  const std::size_t hubs = (slots() + kProcessesPerHub - 1) / kProcessesPerHub;
+  ports_.emplace(kPortsPerProcess * (slots() + hubs));
   domain_number_ = options_.domain < 0 ? 0 : static_cast<unsigned>(options_.domain);
   settings_.discovery = dds::configuration::Discovery::neighbours;
   settings_.spdp_interval = kAnnounceEvery;
@@ -126,21 +134,22 @@ void Session::push(News&& news) {
   if (news_.size() == 1) arrived_.notify_one();
 }
 
-std::vector<std::string> Session::agent_arguments(std::size_t process) const {
-  const ProcessPlan& plan = placement_.processes[process];
-  std::vector<std::string> arguments{"--ids",
-                                     std::to_string(plan.agents.front().value) + "-" + std::to_string(plan.agents.back().value),
-                                     "--run",
-                                     options_.run_name,
-                                     "--domain",
-                                     std::to_string(domain_number_),
-                                     "--interface",
-                                     options_.interface,
-                                     "--orchestrator-pid",
-                                     std::to_string(getpid())};
+std::vector<std::string> Session::arguments_of(std::size_t process) const {
+  std::vector<std::string> arguments{"--run",       options_.run_name,  "--domain",           std::to_string(domain_number_),
+                                     "--interface", options_.interface, "--orchestrator-pid", std::to_string(getpid())};
+  std::vector<std::size_t> met;  // processes it meets
+  if (process == plant()) {
+    for (std::size_t p = 0; p < plant(); ++p) met.push_back(p);
+  } else {
+    const ProcessPlan& plan = placement_.processes[process];
+    arguments.insert(arguments.end(),
+                     {"--ids", std::to_string(plan.agents.front().value) + "-" + std::to_string(plan.agents.back().value)});
+    met = plan.neighbours;
+    if (has_plant()) met.push_back(plant());
+  }
   if (placement_.neighbour_discovery) {
     std::string listed = std::to_string(port(hub_of(process)));
-    for (const std::size_t neighbour : plan.neighbours) listed += "," + std::to_string(port(hubs_.size() + neighbour));
+    for (const std::size_t other : met) listed += "," + std::to_string(port(hubs_.size() + other));
     arguments.insert(arguments.end(),
                      {"--discovery", "neighbours", "--port", std::to_string(port(hubs_.size() + process)), "--neighbour-ports", listed});
   } else if (placement_.multicast_data) {
@@ -150,18 +159,41 @@ std::vector<std::string> Session::agent_arguments(std::size_t process) const {
   return arguments;
 }
 
+std::size_t Session::processes() const {
+  return count([](const ProcessState& state) { return state.started; });
+}
+
+void Session::start(std::size_t process) {
+  ProcessState& state = states_[process];
+  if (state.started) return;
+  state.started = true;
+  if (state.external) return;
+  const auto executable = process == plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
+  children_->start(state.name, executable, arguments_of(process));
+}
+
 void Session::launch(RunObserver& observer) {
   children_.emplace(options_.log_directory);
-  observer.launching(0, 0, processes());
-  for (std::size_t p = 0; p < processes(); ++p) {
-    if (!states_[p].external) children_->start(states_[p].name, options_.agent_executable, agent_arguments(p));
+  const std::size_t total = count([](const ProcessState& state) { return state.first == 0; });
+  observer.launching(0, 0, total);
+  for (std::size_t p = 0; p < slots(); ++p) {
+    if (states_[p].first == 0) start(p);
     if (interrupted()) return;
   }
   const auto found = [](const ProcessState& state) { return state.found; };
-  while (count(found) < processes() && !interrupted()) {
+  while (count(found) < total && !interrupted()) {
     step({});
-    observer.launching(count(found), 0, processes());
+    observer.launching(count(found), 0, total);
   }
+}
+
+void Session::join(Round first) {
+  for (std::size_t p = 0; p < slots(); ++p)
+    if (states_[p].first <= first) start(p);
+  const auto waits = [&](const ProcessState& state) {
+    return state.started && (state.ready_epoch != epoch_ || state.ready_until <= first);
+  };
+  while (count(waits) > 0 && !interrupted()) step({});
 }
 
 wire::Member Session::member_of(AgentId agent, const Job& job) const {
@@ -175,7 +207,19 @@ wire::Member Session::member_of(AgentId agent, const Job& job) const {
   if (!member.hears_everyone) {
     for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
   }
-  member.remote_readers = placement_.remote_readers[index_of(agent)];
+  member.presence = experiment_.presence_of(agent);
+  for (const std::size_t reader : placement_.readers[index_of(agent)]) {
+    const Round first = placement_.processes[reader].first;
+    if (first <= placement_.processes[process].first)
+      ++member.remote_readers;
+    else
+      member.late_readers.push_back(first);
+  }
+  std::sort(member.late_readers.begin(), member.late_readers.end());
+  if (const auto& physics = maker_->physics()) {
+    member.model = physics->knowledge(agent);
+    member.measurements = static_cast<std::uint32_t>(physics->measurement_size(agent));
+  }
   for (const auto& [edge, link] : experiment_.links.overrides) {
     if (edge.to == agent) member.links.overrides.emplace(edge, link);
   }
@@ -196,6 +240,10 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
   common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
   common.parameters = protocol.parameters;
   common.standard_link = experiment_.links.standard;
+  common.plant = has_plant();
+  common.steers = steers_;
+  for (const auto& [agent, presence] : experiment_.presence)
+    if (presence.from > 0) common.joining.emplace(agent, presence.from);
   std::vector<wire::Assignment> parts;
   for (std::size_t index = 0; index < experiment_.agents; ++index) {
     if (hub_of(placement_.process_of[index]) != hub) continue;
@@ -209,15 +257,48 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
   return parts;
 }
 
+/// What the plant is told, in parts of bounded size.
+std::vector<wire::PlantAssignment> Session::plant_assignments(const Job& job, std::uint32_t epoch) const {
+  PlantTask task = plant_task(experiment_, job.seed);
+  std::vector<PlantPart> all = std::exchange(task.parts, {});
+  std::vector<wire::PlantAssignment> parts;
+  for (std::size_t index = 0; index < all.size(); ++index) {
+    if (parts.empty() || parts.back().agents.size() == kMembersPerPart) {
+      wire::PlantAssignment part;
+      part.part = static_cast<std::uint32_t>(parts.size());
+      part.epoch = epoch;
+      part.rounds = experiment_.rounds;
+      part.report_interval = experiment_.report_interval();
+      part.steered = steers_;
+      part.task = task;
+      parts.push_back(std::move(part));
+    }
+    parts.back().agents.push_back(agent_at(index));
+    parts.back().process_of.push_back(placement_.processes[placement_.process_of[index]].agents.front().value);
+    parts.back().task.parts.push_back(std::move(all[index]));
+  }
+  for (wire::PlantAssignment& part : parts) part.parts = static_cast<std::uint32_t>(parts.size());
+  return parts;
+}
+
 void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer) {
   if (interrupted()) return;
   epoch_ = epoch;
   layouts_.clear();
+  maker_.emplace(experiment_, experiment_.protocols[job.protocol], job.seed);
+  steers_ = has_plant() && maker_->make(agent_at(0))->control_size() > 0;
   for (std::size_t hub = 0; hub < hubs_.size(); ++hub) {
     for (const wire::Assignment& part : assignments(job, epoch, hub)) hubs_[hub]->assignments.write(part);
   }
-  const auto ready = [&](const ProcessState& state) { return state.ready_epoch == epoch; };
-  while ((count(ready) < processes() || layouts_.size() < experiment_.agents) && !interrupted()) {
+  if (has_plant())
+    for (const wire::PlantAssignment& part : plant_assignments(job, epoch)) hubs_[hub_of(plant())]->plant_assignments.write(part);
+  const auto ready = [&](const ProcessState& state) { return state.started && state.ready_epoch == epoch; };
+  const auto expected = [this] {
+    std::size_t agents = 0;
+    for (std::size_t p = 0; p < plant(); ++p) agents += states_[p].started ? placement_.processes[p].agents.size() : 0;
+    return agents;
+  };
+  while ((count(ready) < processes() || layouts_.size() < expected()) && !interrupted()) {
     step({});
     if (job.number == 0) observer.launching(processes(), count(ready), processes());
   }
@@ -245,7 +326,10 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
 
 void Session::handle(wire::Presence&& presence) {
   const auto at = process_by_name_.find(presence.process);
-  if (at == process_by_name_.end() || presence.agents != placement_.processes[at->second].agents) {
+  const auto as_planned = [&] {
+    return at->second == plant() ? presence.agents.empty() : presence.agents == placement_.processes[at->second].agents;
+  };
+  if (at == process_by_name_.end() || !as_planned()) {
     remarks_.push_back("a process of host " + presence.host + " (pid " + std::to_string(presence.pid) + ") says it hosts agents from " +
                        std::to_string(presence.process) + " on, which this run does not place so: left alone");
     return;
@@ -257,6 +341,7 @@ void Session::handle(wire::Presence&& presence) {
       break;
     case wire::State::ready:
       state.ready_epoch = presence.epoch;
+      state.ready_until = presence.round;
       break;
     case wire::State::status:
       state.status = std::move(presence);
@@ -297,7 +382,7 @@ std::string Session::who_waits() {
   leaving_ = true;  // no second deadline or death report from within this one
   broadcast(wire::Command{epoch_, wire::Order::status});
   const auto until = Clock::now() + std::chrono::seconds(1);
-  const auto silent = [](const ProcessState& state) { return !state.status; };
+  const auto silent = [](const ProcessState& state) { return state.started && !state.status; };
   std::vector<wire::Telemetry> kept;
   while (count(silent) > 0 && Clock::now() < until) step([&](wire::Telemetry&& telemetry) { kept.push_back(std::move(telemetry)); });
   leaving_ = false;
@@ -307,6 +392,7 @@ std::string Session::who_waits() {
   }
   std::string text;
   for (const ProcessState& state : states_) {
+    if (state.status && !state.status->note.empty()) text += state.name + " " + state.status->note + "; ";
     if (!state.status || state.status->waiting_for.empty()) continue;
     text +=
         "agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for";
@@ -328,17 +414,17 @@ std::string Session::who_waits() {
 void Session::time_out() {
   char limit[32];
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
-  const std::string lost = names([](const ProcessState& state) { return !state.found; });
+  const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
   if (!lost.empty()) {
     throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
   }
-  const std::string unready = names([&](const ProcessState& state) { return state.ready_epoch != epoch_; });
+  const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
   if (!unready.empty())
     throw TimeoutError("deadline of " + std::string(limit) + " passed; these did not meet their neighbours: " + unready);
   throw TimeoutError("deadline of " + std::string(limit) + " passed; " + who_waits());
 }
 
-wire::Layouts Session::layouts() const {
+RunLayouts Session::layouts() const {
   check(!layouts_.empty(), "layouts are known once everybody is ready");
   const wire::Layouts& first = layouts_.begin()->second;
   for (const auto& [agent, layouts] : layouts_) {
@@ -347,7 +433,12 @@ wire::Layouts Session::layouts() const {
                      std::to_string(first.agent.value) + "; all agents of a run must have the same dimension");
     }
   }
-  return first;
+  RunLayouts names{first.message, first.estimate};
+  if (maker_->physics()) {
+    names.state = maker_->physics()->state_layout();
+    names.agrees_on_states = steers_;
+  }
+  return names;
 }
 
 std::vector<std::string> Session::take_remarks() {

@@ -6,6 +6,7 @@
 #include "orchestrator/launch.hpp"
 #include "orchestrator/placement.hpp"
 #include "orchestrator/run.hpp"
+#include "sim/world.hpp"
 
 #include <dds/dds.hpp>
 
@@ -30,8 +31,10 @@ class Session {
   Session(const Experiment& experiment, const RunOptions& options);
   ~Session();
 
-  /// Starts the agent processes and waits until each has said hello.
+  /// Starts the processes that are there from the first round on, the plant among them, and waits until each has said hello.
   void launch(RunObserver& observer);
+  /// Starts the processes that begin to take part in round `first` or before, and waits until everybody is ready for that round.
+  void join(Round first);
   /// Hands out the assignments of one job and waits until every process has met its neighbours.
   void assign(const Job& job, std::uint32_t epoch, RunObserver& observer);
   /// Waits a moment for news and handles it. Throws RunError when a process died or failed, TimeoutError when the deadline has passed.
@@ -44,8 +47,9 @@ class Session {
   void shut_down();
 
   [[nodiscard]] bool interrupted() const { return options_.interrupt && options_.interrupt->load() != 0; }
-  [[nodiscard]] std::size_t processes() const { return placement_.processes.size(); }
-  [[nodiscard]] wire::Layouts layouts() const;
+  /// Processes started so far (or expected, where somebody starts them by hand); the plant is one.
+  [[nodiscard]] std::size_t processes() const;
+  [[nodiscard]] RunLayouts layouts() const;
   void broadcast(const wire::Grant& grant);
   void broadcast(const wire::Command& command);
 
@@ -54,8 +58,11 @@ class Session {
   struct ProcessState {
     std::string name;
     bool external = false;
+    Round first = 0;       // round in which it begins to take part
+    bool started = false;  // or expected, where it is external
     bool found = false;
     std::uint32_t ready_epoch = 0;
+    Round ready_until = 0;  // in that epoch: rounds below may be granted
     std::optional<wire::Presence> status;  // answer to the newest status command
   };
 
@@ -64,9 +71,14 @@ class Session {
   void open_neighbour_hubs(const Hub::Callbacks& callbacks);
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
-  [[nodiscard]] std::vector<std::string> agent_arguments(std::size_t process) const;
+  [[nodiscard]] std::vector<std::string> arguments_of(std::size_t process) const;
   [[nodiscard]] bool is_external(const ProcessPlan& process) const;
+  [[nodiscard]] bool has_plant() const { return experiment_.plant.has_value(); }
+  [[nodiscard]] std::size_t plant() const { return placement_.processes.size(); }  // its index among the processes
+  [[nodiscard]] std::size_t slots() const { return placement_.processes.size() + (has_plant() ? 1 : 0); }
+  void start(std::size_t process);
   [[nodiscard]] std::vector<wire::Assignment> assignments(const Job& job, std::uint32_t epoch, std::size_t hub) const;
+  [[nodiscard]] std::vector<wire::PlantAssignment> plant_assignments(const Job& job, std::uint32_t epoch) const;
   [[nodiscard]] wire::Member member_of(AgentId agent, const Job& job) const;
   void push(News&& news);
   void handle(wire::Presence&& presence);
@@ -86,6 +98,8 @@ class Session {
   std::vector<ProcessState> states_;
   std::uint32_t epoch_ = 0;
   std::map<AgentId, wire::Layouts> layouts_;
+  std::optional<AgentMaker> maker_;  // of the job that is assigned
+  bool steers_ = false;              // the job's agents steer the plant
   bool leaving_ = false;
   std::vector<std::string> remarks_;
   std::uint64_t rejected_told_ = 0;

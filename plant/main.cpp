@@ -1,20 +1,35 @@
-#include "core/errors.hpp"
+#include "idl/run_process.hpp"
+#include "plant/node.hpp"
 
-#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
 
-#include <cstdio>
+namespace {
+
+constexpr const char* kHelp =
+    R"(The plant process of a Consort run: the physics between actuation and measurement. It receives its assignment over DDS, sends each agent's
+process what that agent measures, waits for everybody's control, and moves on by a round. `consort run` starts it where an experiment has
+a plant; started by hand it joins the run of that name:
+
+  consort-plant --run demo --domain 7
+
+It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.
+Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
+
+}  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "The plant process of a Consort run: the physics between actuation and measurement. The protocols of this version exchange\n"
-      "information only, so no experiment starts it yet; `consort list protocols` says what each needs.",
-      "consort-plant");
-  app.set_version_flag("--version", CONSORT_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& failure) {
-    return app.exit(failure) == 0 ? 0 : static_cast<int>(consort::Exit::bad_input);
-  }
-  std::fputs("consort-plant: no experiment of this version has a plant; start agents with `consort run FILE`\n", stderr);
-  return static_cast<int>(consort::Exit::bad_input);
+  using namespace consort;
+  RunProcessOptions options;
+  CLI::App app(kHelp, "consort-plant");
+  add_options(app, options);
+  return run_main(app, argc, argv, [&] {
+    die_with(options.orchestrator);
+    const auto log = std::make_shared<spdlog::logger>("plant", std::make_shared<spdlog::sinks::stderr_sink_mt>());
+    log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
+    spdlog::set_default_logger(log);
+    return serve(options, [&](const dds::domain::DomainParticipant& participant) {
+      return std::make_unique<PlantNode>(participant, options.orchestrator != 0);
+    });
+  });
 }

@@ -47,7 +47,7 @@ class Physics {
   struct Part {
     std::size_t x, n, u, m, p;  // where state and control lie, and their lengths; length of the measurement
     std::vector<AgentId> sensed;
-    Presence presence;
+    Attendance presence;
     std::vector<Source> sources;
   };
 

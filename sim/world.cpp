@@ -27,7 +27,7 @@ class World {
   [[nodiscard]] Sense sense_of(std::size_t i, Round k) const;
 
   Seconds dt_;
-  std::vector<Presence> presence_;  // by agent; empty if everybody is there throughout
+  std::vector<Attendance> presence_;  // by agent; empty if everybody is there throughout
   Schedule schedule_;
   Schedule::Segment segment_;
   std::vector<std::unique_ptr<Protocol>> protocols_;

@@ -33,9 +33,15 @@ Assignment some_assignment() {
   member.parameters.set("Omega", Matrix::Identity(2, 2));
   member.in_neighbours = {AgentId{1}, AgentId{12}};
   member.remote_readers = 2;
+  member.late_readers = {5, 9};
+  member.model.set("A", Matrix::Identity(2, 2));
+  member.measurements = 2;
+  member.presence = {5, 80};
   LinkSpec late;
   late.delay_rounds = 9;
   member.links.overrides[{AgentId{1}, AgentId{3}}] = late;
+  in.plant = in.steers = true;
+  in.joining = {{AgentId{3}, 5}};
   Member deaf;
   deaf.agent = AgentId{4};
   deaf.process = 3;
@@ -68,8 +74,105 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(*out.members[0].parameters.find("Omega"), *in.members[0].parameters.find("Omega"));
   EXPECT_EQ(out.members[0].in_neighbours, in.members[0].in_neighbours);
   EXPECT_EQ(out.members[0].remote_readers, 2u);
+  EXPECT_EQ(out.members[0].late_readers, in.members[0].late_readers);
+  EXPECT_EQ(*out.members[0].model.find("A"), Matrix(Matrix::Identity(2, 2)));
+  EXPECT_EQ(out.members[0].measurements, 2u);
+  EXPECT_EQ(out.members[0].presence, (Attendance{5, 80}));
+  EXPECT_TRUE(out.plant && out.steers);
+  EXPECT_EQ(out.joining, in.joining);
   EXPECT_EQ(out.members[0].links.overrides.at({AgentId{1}, AgentId{3}}).delay_rounds, 9u);
   EXPECT_TRUE(out.members[1].hears_everyone);
+}
+
+PlantAssignment some_plant_assignment() {
+  PlantAssignment in;
+  in.part = 0;
+  in.parts = 2;
+  in.epoch = 3;
+  in.rounds = 90;
+  in.report_interval = 3;
+  in.steered = true;
+  in.task.model = "integrator";
+  in.task.seed = Seed{17};
+  in.task.dt = 0.02;
+  PlantPart part;
+  part.parameters.set("order", 2.0);
+  part.initial.set("position", 1.5);
+  part.sensed = {AgentId{2}, AgentId{1}};
+  part.presence = {4, 60};
+  Signal signal;
+  signal.on = Disturbance::On::input;
+  signal.kind = Signal::Kind::sinusoid;
+  signal.number = 1;
+  signal.hold_rounds = 5;
+  signal.amplitude = Matrix::Constant(1, 1, 0.1);
+  signal.frequency = 2.0;
+  signal.phase = Matrix::Constant(2, 1, 0.5);
+  part.signals = {signal};
+  in.agents = {AgentId{2}};
+  in.process_of = {1};
+  in.task.parts = {part};
+  return in;
+}
+
+TEST(Codec, PlantAssignmentSurvivesTheRoundTrip) {
+  const PlantAssignment in = some_plant_assignment();
+  Arena arena;
+  const PlantAssignment out = decode(encode(in, arena));
+  EXPECT_EQ(out.parts, 2u);
+  EXPECT_EQ(out.epoch, 3u);
+  EXPECT_EQ(out.rounds, 90u);
+  EXPECT_EQ(out.report_interval, 3u);
+  EXPECT_TRUE(out.steered);
+  EXPECT_EQ(out.task.model, "integrator");
+  EXPECT_EQ(out.task.seed, Seed{17});
+  EXPECT_EQ(out.task.dt, 0.02);
+  EXPECT_EQ(out.agents, in.agents);
+  EXPECT_EQ(out.process_of, in.process_of);
+  const PlantPart& part = out.task.parts.at(0);
+  EXPECT_EQ(part.parameters.scalar("order"), 2.0);
+  EXPECT_EQ(part.initial.scalar("position"), 1.5);
+  EXPECT_EQ(part.sensed, in.task.parts[0].sensed);
+  EXPECT_EQ(part.presence, (Attendance{4, 60}));
+  const Signal& signal = part.signals.at(0);
+  EXPECT_EQ(signal.on, Disturbance::On::input);
+  EXPECT_EQ(signal.kind, Signal::Kind::sinusoid);
+  EXPECT_EQ(signal.number, 1u);
+  EXPECT_EQ(signal.hold_rounds, 5u);
+  EXPECT_EQ(signal.frequency, 2.0);
+  EXPECT_EQ(signal.amplitude, in.task.parts[0].signals[0].amplitude);
+  EXPECT_EQ(signal.phase, in.task.parts[0].signals[0].phase);
+}
+
+TEST(Codec, TheClosedLoopsSamplesSurviveTheRoundTrip) {
+  const std::vector<double> values{1.0, -2.5};
+  const auto measured = encode(Measurement{3, 7, values});
+  EXPECT_EQ(decode(measured).round, 7u);
+  EXPECT_EQ(decode(measured).values[1], -2.5);
+  const auto acted = encode(Actuation{3, 4, 7, values});
+  EXPECT_EQ(decode(acted).process, 4u);
+  EXPECT_EQ(decode(acted).values[0], 1.0);
+  const std::vector<double> broken{std::numeric_limits<double>::infinity()};
+  EXPECT_THROW(decode(encode(Measurement{3, 7, broken})), Rejected);
+  EXPECT_THROW(decode(encode(Actuation{3, 4, 7, broken})), Rejected);
+  EXPECT_THROW(decode(encode(Actuation{3, 0, 7, values})), Rejected);
+}
+
+TEST(Codec, APlantAssignmentThatBreaksABoundIsRejected) {
+  const auto rejected = [](auto&& spoil) {
+    PlantAssignment in = some_plant_assignment();
+    spoil(in);
+    Arena arena;
+    EXPECT_THROW(decode(encode(in, arena)), Rejected);
+  };
+  rejected([](PlantAssignment& in) { in.task.dt = 0.0; });
+  rejected([](PlantAssignment& in) { in.report_interval = 0; });
+  rejected([](PlantAssignment& in) { in.part = 2; });
+  rejected([](PlantAssignment& in) { in.task.parts[0].sensed.clear(); });
+  rejected([](PlantAssignment& in) { in.task.parts[0].presence = {9, 9}; });
+  rejected([](PlantAssignment& in) { in.task.parts[0].signals[0].hold_rounds = 0; });
+  rejected([](PlantAssignment& in) { in.task.parts[0].signals[0].amplitude(0, 0) = std::numeric_limits<double>::quiet_NaN(); });
+  rejected([](PlantAssignment& in) { in.process_of[0] = 0; });
 }
 
 TEST(Codec, GrantSurvivesTheRoundTripWithAndWithoutWeights) {

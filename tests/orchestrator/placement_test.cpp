@@ -20,7 +20,7 @@ TEST(Placement, OneAgentPerProcessMeetsItsNeighboursOnly) {
   EXPECT_EQ(placement.processes[2].agents, std::vector<AgentId>{AgentId{3}});
   EXPECT_EQ(placement.processes[2].neighbours, (std::vector<std::size_t>{1, 3}))
       << "both directions: whoever starts first is found by the other";
-  EXPECT_EQ(placement.remote_readers, std::vector<std::uint32_t>(5, 1));
+  for (const auto& readers : placement.readers) EXPECT_EQ(readers.size(), 1u);
   EXPECT_FALSE(placement.multicast_data);
 }
 
@@ -28,8 +28,21 @@ TEST(Placement, HostedNeighboursNeedNoReader) {
   const Placement placement = place(experiment_on(ring(7), 3));
   ASSERT_EQ(placement.processes.size(), 3u);
   EXPECT_EQ(placement.processes[2].agents, std::vector<AgentId>{AgentId{7}});
-  EXPECT_EQ(placement.remote_readers, (std::vector<std::uint32_t>{1, 0, 1, 1, 0, 1, 2}));
+  EXPECT_EQ(placement.readers, (std::vector<std::vector<std::size_t>>{{2}, {}, {1}, {0}, {}, {2}, {0, 1}}));
   EXPECT_EQ(placement.process_of, (std::vector<std::size_t>{0, 0, 0, 1, 1, 1, 2}));
+}
+
+TEST(Placement, WhoJoinsLaterSharesNoProcessWithWhoIsThere) {
+  Experiment experiment = experiment_on(ring(7), 3);
+  experiment.presence[AgentId{2}] = {10};
+  experiment.presence[AgentId{6}] = {20};
+  experiment.presence[AgentId{7}] = {20};
+  const Placement placement = place(experiment);
+  ASSERT_EQ(placement.processes.size(), 4u);
+  EXPECT_EQ(placement.processes[1].agents, std::vector<AgentId>{AgentId{2}});
+  EXPECT_EQ(placement.processes[1].first, 10u);
+  EXPECT_EQ(placement.processes[3].agents, (std::vector<AgentId>{AgentId{6}, AgentId{7}}));
+  EXPECT_EQ(placement.processes[3].first, 20u);
 }
 
 TEST(Placement, DiscoveryFollowsSizeAndDensityUnlessTheFileSaysOtherwise) {

@@ -1,0 +1,110 @@
+#pragma once
+/// How a process of a run is started: the options that agents and plant share, what they mean for DDS, and dying with the orchestrator.
+
+#include "core/errors.hpp"
+
+#include <dds/dds.hpp>
+
+#include <pthread.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+#include <CLI/CLI.hpp>
+
+#include <csignal>
+#include <cstdio>
+#include <sstream>
+#include <string>
+#include <thread>
+
+namespace consort {
+
+struct RunProcessOptions {
+  std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
+  unsigned domain = 0, port = 0;
+  bool tuned = false;
+  pid_t orchestrator = 0;
+};
+
+inline void add_options(CLI::App& app, RunProcessOptions& options) {
+  app.set_version_flag("--version", CONSORT_VERSION);
+  app.add_option("--run", options.run, "name of the run, as `consort run` prints it")->required();
+  app.add_option("--domain", options.domain, "DDS domain of the run")->required()->check(CLI::Range(0, 230));
+  app.add_option("--interface", options.interface, "network interface (name or address)")->capture_default_str();
+  app.add_option("--discovery", options.discovery, "how processes find each other")
+      ->check(CLI::IsMember({"multicast", "neighbours"}))
+      ->capture_default_str();
+  app.add_option("--data", options.data, "how messages travel with multicast discovery")
+      ->check(CLI::IsMember({"unicast", "multicast"}))
+      ->capture_default_str();
+  app.add_option("--port", options.port, "neighbours discovery: own UDP port")->check(CLI::Range(1024, 65000));
+  app.add_option("--neighbour-ports", options.neighbour_ports,
+                 "neighbours discovery: UDP ports on this host to announce to, comma separated");
+  app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
+  app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");
+}
+
+inline dds::configuration::Settings settings_of(const RunProcessOptions& options) {
+  dds::configuration::Settings settings;
+  settings.interface = options.interface;
+  settings.tag = options.run;
+  settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
+  settings.tuned = options.tuned;
+  settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
+  if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
+  if (options.discovery == "neighbours") {
+    settings.discovery = dds::configuration::Discovery::neighbours;
+    settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0, options.domain));
+    settings.spdp_interval = std::chrono::milliseconds(2000);
+    std::stringstream ports(options.neighbour_ports);
+    for (std::string port; std::getline(ports, port, ',');) settings.neighbours.push_back("127.0.0.1:" + port);
+  }
+  return settings;
+}
+
+/// Dies with the orchestrator that started it; one that is gone already is noticed too.
+inline void die_with(pid_t orchestrator) {
+  if (orchestrator == 0) return;
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != orchestrator) throw RunError("the orchestrator (pid " + std::to_string(orchestrator) + ") is gone");
+}
+
+/// Joins the run's domain, makes the driver with `make(participant)` and runs it; SIGINT and SIGTERM end it. The exit code.
+template <class Make>
+int serve(const RunProcessOptions& options, Make&& make) {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
+
+  const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
+  const dds::domain::DomainParticipant participant(domain);
+  auto driver = make(participant);
+  int caught = 0;
+  std::thread([&driver, &caught, signals] {  // detached: it ends with the process
+    sigwait(&signals, &caught);
+    driver->interrupt();
+  })
+      .detach();
+  driver->run();
+  return caught == 0 ? static_cast<int>(Exit::ok) : 128 + caught;
+}
+
+/// Parses the command line and runs `work`; every failure becomes a line on stderr and an exit code.
+template <class Work>
+int run_main(CLI::App& app, int argc, char** argv, Work&& work) {
+  try {
+    app.parse(argc, argv);
+    return work();
+  } catch (const CLI::ParseError& failure) {
+    return app.exit(failure) == 0 ? 0 : static_cast<int>(Exit::bad_input);
+  } catch (const ConfigError& failure) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), failure.what());
+    return static_cast<int>(Exit::bad_input);
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), failure.what());
+    return static_cast<int>(Exit::run_failed);
+  }
+}
+
+}  // namespace consort

@@ -1,0 +1,256 @@
+#include "plant/node.hpp"
+
+#include "core/errors.hpp"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <limits>
+
+namespace consort {
+namespace {
+
+constexpr std::uint32_t kPlant = 0;     // its name among the processes
+constexpr std::uint32_t kGreeting = 0;  // epoch of a greeting; those of runs count from 1
+constexpr std::chrono::milliseconds kGreetAgain{500};
+
+}  // namespace
+
+PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool launched)
+    : participant_(participant),
+      launched_(launched),
+      presence_(participant),
+      telemetry_(participant),
+      assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
+      grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
+      commands_(
+          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {}
+
+template <class Work>
+void PlantNode::guarded(Work&& work) {
+  const Lock lock(mutex_);
+  try {
+    work();
+  } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
+    if (!failure_) failure_ = std::current_exception();
+    wake_.notify_one();
+  }
+}
+
+void PlantNode::on_assignment(wire::PlantAssignment&& part) {
+  guarded([&] {
+    if (part.epoch < newest_epoch_) return;
+    if (part.epoch > newest_epoch_) parts_.clear();
+    newest_epoch_ = part.epoch;
+    const std::uint32_t parts = part.parts;
+    parts_[part.part] = std::move(part);
+    assigned_ = parts_.size() == parts && epoch_ != newest_epoch_;
+    if (assigned_) wake_.notify_one();
+  });
+}
+
+void PlantNode::on_grant(wire::Grant&& grant) {
+  guarded([&] {
+    if (!rounds_ || grant.epoch != epoch_ || finish_) return;
+    granted_until_ = std::max(granted_until_, grant.until);
+    rounds_->grant(grant);
+    rounds_->advance();
+    if (rounds_->report_due()) wake_.notify_one();
+  });
+}
+
+void PlantNode::on_actuation(const wire::Actuation& actuation) {
+  guarded([&] {
+    if (actuation.epoch == kGreeting) {
+      greeted_by_.insert(actuation.process);
+      wake_.notify_one();
+      return;
+    }
+    if (!rounds_ || actuation.epoch != epoch_ || finish_) return;
+    rounds_->receive(actuation);
+    rounds_->advance();
+    if (rounds_->report_due()) wake_.notify_one();
+  });
+}
+
+void PlantNode::on_command(wire::Command&& command) {
+  guarded([&] {
+    switch (command.order) {
+      case wire::Order::status:
+        status_asked_ = true;
+        break;
+      case wire::Order::finish:
+        finish_ = finish_ || command.epoch == epoch_;
+        break;
+      case wire::Order::shutdown:
+        shutdown_ = true;
+        break;
+    }
+    wake_.notify_one();
+  });
+}
+
+void PlantNode::on_orchestrator(std::size_t writers) {
+  guarded([&] {
+    orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !launched_;
+    orchestrator_writers_ = writers;
+    if (orchestrator_lost_) wake_.notify_one();
+  });
+}
+
+void PlantNode::interrupt() {
+  guarded([&] {
+    interrupted_ = true;
+    wake_.notify_one();
+  });
+}
+
+void PlantNode::run() {
+  Lock lock(mutex_);
+  announce(lock, wire::State::hello);
+  try {
+    serve(lock);
+  } catch (const std::exception& failure) {
+    if (!lock.owns_lock()) lock.lock();
+    announce(lock, wire::State::failed, failure.what());
+    lock.unlock();
+    presence_.wait_for_acknowledgments(2.0);
+    throw;
+  }
+  announce(lock, wire::State::leaving);
+  const std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
+  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
+}
+
+void PlantNode::serve(Lock& lock) {
+  while (true) {
+    const auto has_work = [&] {
+      return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
+             (rounds_ && !finish_ && rounds_->report_due()) || met_until() > ready_until_ || !greeted_;
+    };
+    // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
+    if (!rounds_ || !somebody_joins())
+      wake_.wait(lock, has_work);
+    else if (!wake_.wait_for(lock, kGreetAgain, has_work))
+      greeted_ = false;
+    if (failure_) std::rethrow_exception(failure_);
+    if (shutdown_ || interrupted_) return;
+    if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
+    if (assigned_) begin_run(lock);
+    if (!greeted_) greet();
+    if (const Round until = met_until(); until > ready_until_) {
+      ready_until_ = until;
+      announce(lock, wire::State::ready);
+    }
+    if (rounds_ && !finish_ && rounds_->report_due()) send_reports(lock, false);
+    if (finish_ && !finished_) {
+      finished_ = true;
+      send_reports(lock, true);
+    }
+    if (std::exchange(status_asked_, false)) announce(lock, wire::State::status);
+  }
+}
+
+void PlantNode::begin_run(Lock& lock) {
+  assigned_ = false;
+  epoch_ = newest_epoch_;
+  ready_until_ = granted_until_ = 0;
+  finish_ = finished_ = false;
+  wire::PlantAssignment run = std::move(parts_.begin()->second);
+  for (auto at = std::next(parts_.begin()); at != parts_.end(); ++at) {
+    wire::PlantAssignment& part = at->second;
+    run.agents.insert(run.agents.end(), part.agents.begin(), part.agents.end());
+    run.process_of.insert(run.process_of.end(), part.process_of.begin(), part.process_of.end());
+    std::move(part.task.parts.begin(), part.task.parts.end(), std::back_inserter(run.task.parts));
+  }
+  steered_ = run.steered;
+  rounds_ = std::make_unique<PlantRounds>(run, [this](std::uint32_t process, Round round, std::span<const double> values) {
+    measurements_.at(process).write({*epoch_, round, values});
+  });
+  spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, run.task.model, run.agents.size(), run.task.seed.value);
+  meet_agents(lock);
+}
+
+/// Creates the ends of the closed loop that earlier runs of the session did not.
+void PlantNode::meet_agents(Lock& lock) {
+  const std::map<std::uint32_t, Round> processes = rounds_->processes();
+  lock.unlock();  // creating endpoints calls back
+  if (!actuations_) actuations_.emplace(participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); });
+  std::map<std::uint32_t, wire::MeasurementWriter> created;
+  for (const auto& [process, first] : processes) {
+    if (measurements_.contains(process)) continue;  // only this thread changes the map
+    created.emplace(process, wire::MeasurementWriter(participant_, process, [this, name = process](std::size_t n) {
+                      guarded([&] {
+                        if (n > 0)
+                          found_.insert(name);
+                        else
+                          found_.erase(name);
+                        greeted_ = false;
+                        wake_.notify_one();
+                      });
+                    }));
+  }
+  lock.lock();
+  measurements_.merge(created);
+}
+
+void PlantNode::greet() {
+  greeted_ = true;
+  for (const std::uint32_t process : found_) {
+    const auto writer = measurements_.find(process);
+    if (writer != measurements_.end()) writer->second.write({kGreeting, 0, {}});
+  }
+}
+
+/// A process that takes part in a round which is not granted yet may still need a greeting.
+bool PlantNode::somebody_joins() const {
+  return std::any_of(rounds_->processes().begin(), rounds_->processes().end(),
+                     [this](const auto& process) { return process.second >= granted_until_; });
+}
+
+/// Rounds below this one may be granted as far as the plant is concerned: every process that takes part by then has been found and has
+/// greeted the plant. 0: not even the first.
+Round PlantNode::met_until() const {
+  if (!rounds_) return 0;
+  Round until = std::numeric_limits<Round>::max();
+  for (const auto& [process, first] : rounds_->processes())
+    if (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))) until = std::min(until, first);
+  return until;
+}
+
+void PlantNode::send_reports(Lock& lock, bool last) {
+  const wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}};
+  lock.unlock();
+  telemetry_.write(telemetry);
+  lock.lock();
+}
+
+void PlantNode::announce(Lock& lock, wire::State state, const std::string& note) {
+  wire::Presence presence;
+  presence.process = kPlant;
+  presence.epoch = epoch_.value_or(0);
+  presence.state = state;
+  presence.pid = static_cast<std::uint64_t>(getpid());
+  std::array<char, 64> host{};
+  gethostname(host.data(), host.size() - 1);
+  presence.host = host.data();
+  presence.note = note;
+  if (rounds_) {
+    presence.round = rounds_->round();
+    const auto [agent, missing] = rounds_->progress();
+    if (state == wire::State::status && missing > 0)
+      presence.note = "waits in round " + std::to_string(presence.round) + " for the actuation of " + std::to_string(missing) +
+                      (missing == 1 ? " process, that of agent " : " processes, one that of agent ") + std::to_string(agent.value);
+  }
+  if (state == wire::State::ready) presence.round = ready_until_;
+  constexpr std::array kWords{"hello", "met the agents", "asked for status", "failed", "leaving"};
+  spdlog::info("epoch {}: {}{}", presence.epoch, kWords[static_cast<std::size_t>(state)], presence.note.empty() ? "" : ": " + presence.note);
+  lock.unlock();
+  presence_.write(presence);
+  lock.lock();
+}
+
+}  // namespace consort

@@ -1,0 +1,122 @@
+#include "plant/rounds.hpp"
+
+#include "core/errors.hpp"
+
+#include <algorithm>
+
+namespace consort {
+
+PlantRounds::PlantRounds(const wire::PlantAssignment& run, Send send)
+    : physics_(run.task),
+      send_(std::move(send)),
+      rounds_(run.rounds),
+      report_interval_(run.report_interval),
+      steered_(run.steered),
+      hashes_(run.agents.size()) {
+  for (std::size_t index = 0; index < run.agents.size(); ++index) {
+    const AgentId agent = agent_at(index);
+    check(run.agents[index] == agent, "a plant is told of every agent");
+    const Attendance attendance = run.task.parts[index].presence;
+    attendance_.push_back(attendance);
+    processes_[run.process_of[index]].agents.push_back(agent);
+    const auto [at, is_new] = first_rounds_.emplace(run.process_of[index], attendance.from);
+    at->second = std::min(at->second, attendance.from);
+    reports_.push_back({.agent = agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}});
+  }
+  note_states();
+}
+
+bool PlantRounds::takes_part(const Process& process) const {
+  return std::any_of(process.agents.begin(), process.agents.end(), [this](AgentId i) { return physics_.present(i, physics_.round()); });
+}
+
+void PlantRounds::grant(const wire::Grant& grant) {
+  until_ = std::max(until_, grant.until);
+  report_at_ = grant.report_at;
+  report_due_ = physics_.round() >= report_at_;
+}
+
+void PlantRounds::receive(const wire::Actuation& actuation) {
+  const auto at = processes_.find(actuation.process);
+  if (at == processes_.end() || at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_) return;
+  std::size_t used = 0;
+  for (const AgentId i : at->second.agents) {
+    if (!physics_.present(i, actuation.round)) continue;
+    const std::span<double> control = physics_.control(i);
+    if (used + control.size() <= actuation.values.size())
+      std::copy_n(actuation.values.begin() + static_cast<std::ptrdiff_t>(used), control.size(), control.begin());
+    used += control.size();
+  }
+  if (used != actuation.values.size()) {
+    throw RunError("the actuation of round " + std::to_string(actuation.round) + " from the process of agent " +
+                   std::to_string(actuation.process) + " has " + std::to_string(actuation.values.size()) + " numbers; the plant takes " +
+                   std::to_string(used));
+  }
+  at->second.acted = true;
+  --missing_;
+}
+
+void PlantRounds::measure() {
+  const Round k = physics_.round();
+  missing_ = 0;
+  measured_ = true;
+  for (auto& [name, process] : processes_) {
+    process.acted = false;
+    if (!takes_part(process)) continue;
+    if (steered_) ++missing_;
+    values_.clear();
+    for (const AgentId i : process.agents) {
+      if (!physics_.present(i, k)) continue;
+      const std::size_t size = physics_.measurement_size(i);
+      values_.resize(values_.size() + size);
+      physics_.measure(i, std::span(values_).last(size));
+    }
+    send_(name, k, values_);
+  }
+}
+
+void PlantRounds::advance() {
+  while (physics_.round() < until_) {
+    if (!measured_) measure();
+    if (missing_ > 0) return;
+    physics_.advance();
+    measured_ = false;
+    note_states();
+    if (physics_.round() == report_at_) report_due_ = true;
+  }
+}
+
+void PlantRounds::note_states() {
+  const Round k = physics_.round();
+  const bool reported = k % report_interval_ == 0 || k == rounds_;
+  for (std::size_t index = 0; index < attendance_.size(); ++index) {
+    const Attendance& attendance = attendance_[index];
+    const std::span<const double> state = physics_.state(agent_at(index));
+    if (attendance.holds(k)) hashes_[index].extend(state);
+    if (!(attendance.holds(k) && reported) && k != attendance.until) continue;
+    wire::MemberReport& report = reports_[index];
+    report.rounds.push_back(k);
+    report.estimates.insert(report.estimates.end(), state.begin(), state.end());
+    report.hashes.push_back(hashes_[index].value());
+    report.counters.push_back({});
+  }
+}
+
+std::vector<wire::MemberReport> PlantRounds::take_reports() {
+  std::vector<wire::MemberReport> reports;
+  for (wire::MemberReport& report : reports_) {
+    wire::MemberReport fresh{.agent = report.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};
+    reports.push_back(std::exchange(report, std::move(fresh)));
+  }
+  report_due_ = false;
+  return reports;
+}
+
+PlantRounds::Progress PlantRounds::progress() const {
+  if (!measured_ || missing_ == 0) return {};
+  for (const auto& [name, process] : processes_)
+    if (!process.acted && takes_part(process)) return {process.agents.front(), missing_};
+  return {};
+}
+
+}  // namespace consort

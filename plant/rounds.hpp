@@ -1,0 +1,68 @@
+#pragma once
+/// The rounds of the plant, in lockstep with the agents: measurements out, actuations in, one step. Knows no transport and no clock; the
+/// same steps as simulate().
+
+#include "core/trace.hpp"
+#include "idl/wire.hpp"
+#include "plant/model_physics.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace consort {
+
+class PlantRounds {
+ public:
+  /// Hands the measurements of one process's agents to whatever carries them.
+  using Send = std::function<void(std::uint32_t process, Round round, std::span<const double> values)>;
+
+  /// `run` holds every agent. Throws ConfigError where the model or a disturbance refuses its values.
+  PlantRounds(const wire::PlantAssignment& run, Send send);
+
+  /// Rounds below grant.until may run.
+  void grant(const wire::Grant& grant);
+  /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
+  void receive(const wire::Actuation& actuation);
+  /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
+  void advance();
+
+  /// The grant's report point has been reached since the reports were last taken.
+  [[nodiscard]] bool report_due() const { return report_due_; }
+  std::vector<wire::MemberReport> take_reports();
+  [[nodiscard]] Round round() const { return physics_.round(); }
+  [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
+  /// Lowest ids of the processes, ascending, with the round in which each begins to take part.
+  [[nodiscard]] const std::map<std::uint32_t, Round>& processes() const { return first_rounds_; }
+  /// One of the agents whose actuation the round waits for, and how many processes it still waits for; 0: it waits for a grant.
+  struct Progress {
+    AgentId agent;
+    std::size_t missing = 0;
+  };
+  [[nodiscard]] Progress progress() const;
+
+ private:
+  struct Process {
+    std::vector<AgentId> agents;  // ascending
+    bool acted = false;           // its controls of the current round are there
+  };
+  [[nodiscard]] bool takes_part(const Process& process) const;
+  void measure();
+  void note_states();
+
+  Physics physics_;
+  Send send_;
+  Round rounds_, report_interval_;
+  bool steered_;
+  std::vector<Attendance> attendance_;        // by agent
+  std::map<std::uint32_t, Process> processes_;  // by lowest agent id
+  std::map<std::uint32_t, Round> first_rounds_;
+  std::vector<wire::MemberReport> reports_;  // by agent
+  std::vector<HistoryHash> hashes_;
+  std::vector<double> values_;  // of one process, being put together
+  bool measured_ = false;       // this round's measurements are out
+  std::size_t missing_ = 0;     // processes whose controls of this round are still to come
+  Round until_ = 0, report_at_ = 0;
+  bool report_due_ = false;
+};
+
+}  // namespace consort
