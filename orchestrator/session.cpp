@@ -73,6 +73,7 @@ void Session::open_hubs() {
 /// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
 void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
+  settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
   settings_.tuned = processes() > kTunedFrom;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
