@@ -22,6 +22,7 @@ struct RunProcessOptions {
   std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
   unsigned domain = 0, port = 0;
   bool tuned = false;
+  bool hears_multicast_data = true;  ///< false: what agents tell each other wakes only agents
   pid_t orchestrator = 0;
 };
 
@@ -49,6 +50,7 @@ inline dds::configuration::Settings settings_of(const RunProcessOptions& options
   settings.tag = options.run;
   settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings.tuned = options.tuned;
+  settings.hears_multicast_data = options.hears_multicast_data;
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
   if (options.discovery == "neighbours") {

@@ -104,8 +104,8 @@ class JobRun {
     session_.broadcast(grant);
   }
 
-  /// Lets in whoever joins before the next reported round. Returns the round up to which may be granted without anybody else joining; it
-  /// is a reported one, so that everybody's arrival there is heard of.
+  /// Lets in whoever joins before the next reported round. Returns the round up to which may be granted without anybody else joining: a
+  /// reported one, so that everybody's arrival there is heard of, and one before the join, since the report of that needs who joins.
   Round welcome(Round reached) {
     Round next = experiment_.rounds;
     for (const auto& [agent, presence] : experiment_.presence) {
@@ -113,7 +113,7 @@ class JobRun {
       next = std::min(next, presence.from);
     }
     if (next == experiment_.rounds) return next;
-    const Round pause = next - next % interval_;
+    const Round pause = (next - 1) - (next - 1) % interval_;
     if (reached < pause) return pause;
     session_.join(next);
     joined_ = next;

@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 
 #include <unistd.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -81,6 +82,7 @@ void Session::open_hubs() {
 /// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
 void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
+  settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
   settings_.tuned = slots() > kTunedFrom;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
@@ -408,6 +410,8 @@ std::string Session::who_waits() {
     text += "no answer from " + unanswered;
   else if (text.empty())
     text = "every process answers and none waits for a message";
+  for (const ProcessState& state : states_)
+    if (state.status) fmt::print(stderr, "DEBUG {} round {} ready {}\n", state.name, state.status->round, state.ready_until);
   return text;
 }
 

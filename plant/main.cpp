@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_options(app, options);
   return run_main(app, argc, argv, [&] {
     die_with(options.orchestrator);
+    options.hears_multicast_data = false;
     const auto log = std::make_shared<spdlog::logger>("plant", std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);

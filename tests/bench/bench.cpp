@@ -163,9 +163,14 @@ class Bench {
   // --- figures ----------------------------------------------------------------------------------------------------------
 
   void measure(const Exchange& exchange) {
-    // A short run tells how many rounds fill the time, and what starting and ending cost, which is taken off the CPU per message.
+    // A short run tells what starting and ending cost, which is taken off the CPU per message. Its rate is that of the first grants, so a
+    // longer one tells how many rounds fill the time: as long as the raw programs are measured, after their warm-up.
     const Ours brief = ours(exchange, exchange.short_rounds);
-    const long rounds = std::max(10L * exchange.short_rounds, std::lround(brief.rate * options_.seconds()));
+    const auto rounds_in = [&](const Ours& run, double seconds) {
+      return std::max(10L * exchange.short_rounds, std::lround(run.rate * seconds));
+    };
+    const Ours longer = brief.ran ? ours(exchange, rounds_in(brief, options_.seconds() / 4.0)) : Ours{};
+    const long rounds = rounds_in(longer, options_.seconds());
     std::vector<double> raw_rate, raw_cpu, udp_rate, udp_cpu, rate, cpu;
     for (int turn = 1; turn <= options_.turns(); ++turn) {
       say(fmt::format("{}, turn {} of {}: raw DDS, Consort ({} rounds), raw UDP", exchange.name, turn, options_.turns(), rounds));

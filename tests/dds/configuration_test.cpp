@@ -78,6 +78,15 @@ TEST(Configuration, WithEverySettingIsAcceptedByTheLibrary) {
   EXPECT_TRUE(meet(text, text));
 }
 
+TEST(Configuration, OfWhoeverDoesNotHearMulticastDataMeetsThoseWhoDo) {
+  const Settings ordinary{.data = Data::multicast, .tag = tag()};
+  Settings apart = ordinary;
+  apart.hears_multicast_data = false;
+  EXPECT_FALSE(holds(xml(ordinary), "MulticastDataOffset")) << xml(ordinary);
+  EXPECT_TRUE(holds(xml(apart), "<Ports><MulticastDataOffset>3</MulticastDataOffset></Ports>")) << xml(apart);
+  EXPECT_TRUE(meet(on_wire(ordinary), on_wire(apart)));
+}
+
 TEST(Configuration, OfNeighboursIsEnoughOnOneSide) {
   const unsigned base = 12000 + static_cast<unsigned>(getpid() % 1000) * 8;
   const unsigned domain = 0;

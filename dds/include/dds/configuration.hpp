@@ -27,7 +27,9 @@ struct Settings {
   std::string interface = "lo";  ///< name, or an IPv4 address of it
   Discovery discovery = Discovery::multicast;
   Data data = Data::unicast;
-  std::string tag{};                                          ///< processes with different tags never match
+  bool hears_multicast_data = true;  ///< multicast: else this process has a port of its own for it, and is not woken by what others tell
+                                     ///< each other
+  std::string tag{};                 ///< processes with different tags never match
   std::optional<std::uint16_t> port_base{};                   ///< neighbours: this process's own; see unicast_port
   std::optional<unsigned> external_domain{};                  ///< the domain on the network, where it is not the number within the process
   std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
@@ -90,6 +92,7 @@ inline std::string discovery(const Settings& settings) {
   std::string content;
   if (!settings.tag.empty()) content += element("Tag", escaped(settings.tag));
   if (settings.external_domain) content += element("ExternalDomainId", std::to_string(*settings.external_domain));
+  if (!settings.hears_multicast_data) content += element("Ports", element("MulticastDataOffset", "3"));  // 0-2 and 10 on are in use
   if (settings.discovery == Discovery::neighbours) {
     content += element("ParticipantIndex", "0");
     if (settings.port_base) content += element("Ports", element("Base", std::to_string(*settings.port_base)));
