@@ -99,9 +99,8 @@ void Lockstep::grant(const wire::Grant& grant) {
   }
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
-  reached_report_ = static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [&](const Member& m) {
-    return m.k >= std::min(report_at_, m.attendance.until);
-  }));
+  reached_report_ = static_cast<std::size_t>(
+      std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= std::min(report_at_, m.attendance.until); }));
   report_due_ = reached_report_ == members_.size();
   for (std::uint32_t index = 0; index < members_.size(); ++index) {
     members_[index].topology_until = 0;  // the last segment may have ended
@@ -185,8 +184,7 @@ void Lockstep::receive(const wire::Measurement& measurement) {
 bool Lockstep::find_measurement(std::size_t index) {
   Member& member = members_[index];
   if (member.measurements == 0) return true;
-  const auto entry =
-      std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
+  const auto entry = std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
   if (entry == measured_.end()) return false;
   std::size_t at = 0;
   for (std::size_t before = 0; before < index; ++before)
@@ -270,9 +268,8 @@ std::vector<wire::LinkReport> Lockstep::links() const {
 
 Lockstep::Progress Lockstep::slowest() const {
   const auto left = [](const Member& m) { return m.k >= m.attendance.until; };
-  const auto member = std::min_element(members_.begin(), members_.end(), [&](const Member& a, const Member& b) {
-    return left(a) != left(b) ? left(b) : a.k < b.k;
-  });
+  const auto member = std::min_element(members_.begin(), members_.end(),
+                                       [&](const Member& a, const Member& b) { return left(a) != left(b) ? left(b) : a.k < b.k; });
   Progress progress{member->id, member->k, {}};
   if (!member->emitted) {
     progress.for_measurement = !left(*member) && member->k < until_ && member->measurements > 0;

@@ -68,7 +68,7 @@ class Lockstep {
   struct Member {
     AgentId id;
     Attendance attendance;
-    std::size_t measurements;  // length of y; 0: it measures nothing
+    std::size_t measurements;   // length of y; 0: it measures nothing
     std::span<const double> y;  // of round k
     std::unique_ptr<Protocol> protocol;
     Mailbox mailbox;
@@ -104,10 +104,10 @@ class Lockstep {
   std::vector<std::uint32_t> ready_;                   // members that may be able to go on
   std::deque<Segment> segments_;
   std::vector<std::shared_ptr<const Topology>> graphs_;  // by number; the orchestrator reuses numbers
-  std::deque<Measured> measured_;                // ascending; from the slowest member's round on
-  std::vector<double> controls_;                 // of the round that is being finished, member after member
-  std::size_t steered_ = 0;                      // members whose controls are there
-  Round first_ = 0;                              // before it, none of the members takes part
+  std::deque<Measured> measured_;                        // ascending; from the slowest member's round on
+  std::vector<double> controls_;                         // of the round that is being finished, member after member
+  std::size_t steered_ = 0;                              // members whose controls are there
+  Round first_ = 0;                                      // before it, none of the members takes part
   Round until_ = 0, report_at_ = 0;
   std::size_t reached_report_ = 0;  // members at or beyond report_at_
   bool report_due_ = false;

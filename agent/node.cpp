@@ -201,13 +201,14 @@ void Node::begin_run(Lock& lock) {
     throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
   std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
-  lockstep_ = std::make_unique<Lockstep>(parts_.begin()->second, members_,
-                                         [this](std::size_t member, Round round, std::span<const double> payload) {
-                                           if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
-                                         },
-                                         [this, process](Round round, std::span<const double> controls) {
-                                           actuations_->write({*epoch_, process, round, controls});
-                                         });
+  lockstep_ = std::make_unique<Lockstep>(
+      parts_.begin()->second, members_,
+      [this](std::size_t member, Round round, std::span<const double> payload) {
+        if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
+      },
+      [this, process](Round round, std::span<const double> controls) {
+        actuations_->write({*epoch_, process, round, controls});
+      });
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
@@ -236,7 +237,8 @@ void Node::meet_neighbours(Lock& lock) {
     } else {
       wanted.insert(wanted.end(), member.in_neighbours.begin(), member.in_neighbours.end());
     }
-    if (member.remote_readers + member.late_readers.size() > 0 && !information_.contains(member.agent)) new_writers.emplace_back(m, member.agent);
+    if (member.remote_readers + member.late_readers.size() > 0 && !information_.contains(member.agent))
+      new_writers.emplace_back(m, member.agent);
   }
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
@@ -318,8 +320,8 @@ void Node::greet() {
 /// Somebody who will read us joins at a round that is not granted yet.
 bool Node::somebody_joins() const {
   return lockstep_ && std::any_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
-    return !member.late_readers.empty() && member.late_readers.back() >= lockstep_->granted_until();
-  });
+           return !member.late_readers.empty() && member.late_readers.back() >= lockstep_->granted_until();
+         });
 }
 
 /// Rounds below this one may be granted as far as this process is concerned: everybody it hears by then has greeted it, everybody who

@@ -366,8 +366,9 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.standard_link = link_rule(0, in.standard_link);
   out.steers = in.steers;
   out.plant = in.plant;
-  out.joining = convert_all<decltype(out.joining)>(
-      in.joining, arena, [](const auto& item) { return consort_wire_Joining{item.first.value, item.second}; });
+  out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
+    return consort_wire_Joining{item.first.value, item.second};
+  });
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const Member& member) { return member_assignment(member, arena); });
   return out;

@@ -43,8 +43,8 @@ struct Assignment {
   Round rounds = 0, report_interval = 1, window = 1;
   Values parameters;
   LinkSpec standard_link;
-  bool steers = false;  ///< the plant waits for every agent's actuation
-  bool plant = false;   ///< there is a plant: whoever measures waits for it
+  bool steers = false;               ///< the plant waits for every agent's actuation
+  bool plant = false;                ///< there is a plant: whoever measures waits for it
   std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
   std::vector<Member> members;
 };

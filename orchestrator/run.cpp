@@ -68,7 +68,7 @@ class JobRun {
     last_news_ = started_;
     grant_from(0);
     while (!over_) {
-      session_.step([this](wire::Telemetry&& telemetry) { take(std::move(telemetry)); });
+      session_.step([this](wire::Telemetry&& telemetry) { take(telemetry); });
       if (session_.interrupted()) break;
       notice_stall();
       tell_remarks();
@@ -115,15 +115,19 @@ class JobRun {
     if (next == experiment_.rounds) return next;
     const Round pause = (next - 1) - (next - 1) % interval_;
     if (reached < pause) return pause;
-    session_.join(next);
+    session_.join(next, [this](wire::Telemetry&& telemetry) { collect(telemetry); });
     joined_ = next;
     graphs_ = {};  // who joins has heard of no graph yet
     return welcome(reached);
   }
 
-  void take(wire::Telemetry&& telemetry) {
+  void collect(const wire::Telemetry& telemetry) {
     if (telemetry.epoch != epoch_) return;
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
+  }
+
+  void take(const wire::Telemetry& telemetry) {
+    collect(telemetry);
     std::optional<Round> reached;
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;

@@ -3,7 +3,6 @@
 #include "core/errors.hpp"
 
 #include <unistd.h>
-#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -189,13 +188,13 @@ void Session::launch(RunObserver& observer) {
   }
 }
 
-void Session::join(Round first) {
+void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   for (std::size_t p = 0; p < slots(); ++p)
     if (states_[p].first <= first) start(p);
   const auto waits = [&](const ProcessState& state) {
     return state.started && (state.ready_epoch != epoch_ || state.ready_until <= first);
   };
-  while (count(waits) > 0 && !interrupted()) step({});
+  while (count(waits) > 0 && !interrupted()) step(on_telemetry);
 }
 
 wire::Member Session::member_of(AgentId agent, const Job& job) const {
@@ -410,8 +409,6 @@ std::string Session::who_waits() {
     text += "no answer from " + unanswered;
   else if (text.empty())
     text = "every process answers and none waits for a message";
-  for (const ProcessState& state : states_)
-    if (state.status) fmt::print(stderr, "DEBUG {} round {} ready {}\n", state.name, state.status->round, state.ready_until);
   return text;
 }
 

@@ -34,7 +34,7 @@ class Session {
   /// Starts the processes that are there from the first round on, the plant among them, and waits until each has said hello.
   void launch(RunObserver& observer);
   /// Starts the processes that begin to take part in round `first` or before, and waits until everybody is ready for that round.
-  void join(Round first);
+  void join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Hands out the assignments of one job and waits until every process has met its neighbours.
   void assign(const Job& job, std::uint32_t epoch, RunObserver& observer);
   /// Waits a moment for news and handles it. Throws RunError when a process died or failed, TimeoutError when the deadline has passed.
@@ -62,7 +62,7 @@ class Session {
     bool started = false;  // or expected, where it is external
     bool found = false;
     std::uint32_t ready_epoch = 0;
-    Round ready_until = 0;  // in that epoch: rounds below may be granted
+    Round ready_until = 0;                 // in that epoch: rounds below may be granted
     std::optional<wire::Presence> status;  // answer to the newest status command
   };
 

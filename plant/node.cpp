@@ -27,7 +27,8 @@ PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool lau
       assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
       grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
       commands_(
-          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {}
+          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {
+}
 
 template <class Work>
 void PlantNode::guarded(Work&& work) {
@@ -121,7 +122,8 @@ void PlantNode::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  const std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
+  const std::uint64_t rejected =
+      assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
   if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
@@ -247,7 +249,8 @@ void PlantNode::announce(Lock& lock, wire::State state, const std::string& note)
   }
   if (state == wire::State::ready) presence.round = ready_until_;
   constexpr std::array kWords{"hello", "met the agents", "asked for status", "failed", "leaving"};
-  spdlog::info("epoch {}: {}{}", presence.epoch, kWords[static_cast<std::size_t>(state)], presence.note.empty() ? "" : ": " + presence.note);
+  spdlog::info("epoch {}: {}{}", presence.epoch, kWords[static_cast<std::size_t>(state)],
+               presence.note.empty() ? "" : ": " + presence.note);
   lock.unlock();
   presence_.write(presence);
   lock.lock();

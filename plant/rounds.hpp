@@ -53,7 +53,7 @@ class PlantRounds {
   Send send_;
   Round rounds_, report_interval_;
   bool steered_;
-  std::vector<Attendance> attendance_;        // by agent
+  std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
   std::map<std::uint32_t, Round> first_rounds_;
   std::vector<wire::MemberReport> reports_;  // by agent
