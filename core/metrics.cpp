@@ -1,6 +1,7 @@
 #include "core/metrics.hpp"
 
 #include "core/errors.hpp"
+#include "core/metrics_control.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -86,6 +87,15 @@ constexpr std::array kTable{
     MetricEntry{"rounds_to_convergence",
                 "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
                 rounds_to_convergence},
+    MetricEntry{"predicted_value", "what theory promises without disturbances (Knotek, thesis, (2.13); Zamani et al. 2014, (24))",
+                predicted_value},
+    MetricEntry{"leader_error", "largest final distance from the leader, the only agent that never hears anybody", leader_error},
+    MetricEntry{"coherence", "sum over agents of squared distances from the mean state, second half of the run (Zamani et al. 2014, (31))",
+                coherence},
+    MetricEntry{"agreement_deviation", "minimum-energy consensus: largest distance of [x; e] from agreement, second half of the run",
+                agreement_deviation},
+    MetricEntry{"agreement_deviation_bound", "what it stays below (Zamani et al. 2014, (28), (29) corrected), with bounded disturbances",
+                agreement_deviation_bound},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},
