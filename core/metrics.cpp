@@ -40,12 +40,14 @@ void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace
   put(out, "consensus_value", final_values(trace).rowwise().mean());
 }
 
-void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace&, Metrics& out) {
+void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  if (trace.agrees_on_states) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "centralised_value", centralised);
 }
 
 void bias(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  if (trace.agrees_on_states) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "bias", final_values(trace).rowwise().mean() - centralised);
 }
