@@ -1,8 +1,13 @@
 #include "agent/registry.hpp"
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_sensing.hpp"
+#include "agent/protocols/continuous_kalman_consensus.hpp"
 #include "agent/protocols/kalman_consensus.hpp"
 #include "agent/protocols/local_voting.hpp"
+#include "agent/protocols/measured_consensus.hpp"
+#include "agent/protocols/minimum_energy_consensus.hpp"
+#include "agent/protocols/static_consensus.hpp"
 #include "agent/protocols/unbiased_information_consensus.hpp"
 #include "agent/protocols/unbiased_kalman_consensus.hpp"
 #include "core/nearest.hpp"
@@ -10,12 +15,17 @@
 namespace consort {
 namespace {
 
-/// The instantiation for the dimension of the initial x: sizes known to the compiler where they are common.
+/// That of the initial x or, without one, that of what the agent measures of itself.
+Eigen::Index dimension_of(const Setup& setup, std::string_view protocol) {
+  if (setup.initial.has("x")) return setup.initial.vector("x").size();
+  if (setup.measurement_size > 0) return Sensing(setup, protocol).output_size();
+  throw ConfigError("protocol " + std::string(protocol) + ": agent " + std::to_string(setup.self.value) + " has no initial x");
+}
+
+/// The instantiation for the dimension of x: sizes known to the compiler where they are common.
 template <template <int> class P>
 std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
-  if (!setup.initial.has("x"))
-    throw ConfigError("protocol " + std::string(P<1>::name) + ": agent " + std::to_string(setup.self.value) + " has no initial x");
-  switch (setup.initial.vector("x").size()) {
+  switch (dimension_of(setup, P<1>::name)) {
     case 1:
       return std::make_unique<ProtocolOf<P<1>>>(parameters, setup);
     case 2:
@@ -59,8 +69,12 @@ std::span<const ProtocolEntry> protocol_table() {
   static const std::array table{
       entry<LocalVoting>(),
       entry<KalmanConsensus>(),
+      entry<ContinuousKalmanConsensus>(),
       entry<UnbiasedKalmanConsensus>(),
       entry<UnbiasedInformationConsensus>(),
+      entry<StaticConsensus>(),
+      entry<MinimumEnergyConsensus>(),
+      entry<MeasuredConsensus>(),
   };
   return table;
 }

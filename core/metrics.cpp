@@ -1,6 +1,7 @@
 #include "core/metrics.hpp"
 
 #include "core/errors.hpp"
+#include "core/metrics_control.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -39,12 +40,14 @@ void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace
   put(out, "consensus_value", final_values(trace).rowwise().mean());
 }
 
-void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace&, Metrics& out) {
+void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  if (trace.agrees_on_states) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "centralised_value", centralised);
 }
 
 void bias(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  if (trace.agrees_on_states) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "bias", final_values(trace).rowwise().mean() - centralised);
 }
@@ -86,6 +89,15 @@ constexpr std::array kTable{
     MetricEntry{"rounds_to_convergence",
                 "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
                 rounds_to_convergence},
+    MetricEntry{"predicted_value", "what theory promises without disturbances (Knotek, thesis, (2.13); Zamani et al. 2014, (24))",
+                predicted_value},
+    MetricEntry{"leader_error", "largest final distance from the leader, the only agent that never hears anybody", leader_error},
+    MetricEntry{"coherence", "sum over agents of squared distances from the mean state, second half of the run (Zamani et al. 2014, (31))",
+                coherence},
+    MetricEntry{"agreement_deviation", "minimum-energy consensus: largest distance of [x; e] from agreement, second half of the run",
+                agreement_deviation},
+    MetricEntry{"agreement_deviation_bound", "what it stays below (Zamani et al. 2014, (28), (29) corrected), with bounded disturbances",
+                agreement_deviation_bound},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},

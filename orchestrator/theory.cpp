@@ -2,6 +2,8 @@
 
 #include "core/metrics.hpp"
 #include "orchestrator/survey.hpp"
+#include "orchestrator/theory_control.hpp"
+#include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
@@ -67,6 +69,7 @@ class Examination {
     for (const auto& choice : experiment_.protocols) {
       if (choice.name == "local_voting") local_voting();
       if (choice.name == "kalman_consensus") kalman(choice);
+      for (Finding& finding : examine_control(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
     }
     links();
@@ -147,6 +150,21 @@ class Examination {
                   "3.5 and 3.7)");
   }
 
+  // What local voting starts from, one column per agent: the plant's states, or what the agents keep.
+  [[nodiscard]] Matrix starting_values() const {
+    std::optional<Physics> physics;
+    if (experiment_.plant) physics.emplace(plant_task(experiment_, experiment_.seed));
+    Matrix out;
+    for (std::size_t i = 0; i < experiment_.agents; ++i) {
+      const auto state = physics ? physics->state(agent_at(i)) : std::span<const double>();
+      const Vector x = physics ? Vector(Eigen::Map<const Vector>(state.data(), static_cast<Eigen::Index>(state.size())))
+                               : experiment_.initial_of(agent_at(i), experiment_.seed).vector("x");
+      if (i == 0) out.resize(x.size(), static_cast<Eigen::Index>(experiment_.agents));
+      out.col(static_cast<Eigen::Index>(i)) = x;
+    }
+    return out;
+  }
+
   void local_voting_constant() {
     auto spectrum = laplacian_spectrum(graph());
     const auto zero_at =
@@ -165,10 +183,7 @@ class Examination {
                                                                 short_number(experiment_.dt), short_number(step));
     std::string consequence = "the states do not settle: take a smaller dt, or a graph with a spanning tree";
     if (holds && has_spanning_tree(graph())) {
-      Vector value = Vector::Zero(experiment_.initial_of(agent_at(0), experiment_.seed).vector("x").size());
-      const Vector w = left_null_vector(graph());
-      for (std::size_t i = 0; i < experiment_.agents; ++i)
-        value += w[static_cast<Eigen::Index>(i)] * experiment_.initial_of(agent_at(i), experiment_.seed).vector("x");
+      const Vector value = starting_values() * left_null_vector(graph());
       consequence = fmt::format("the states converge to w^T x(0) = {}{}, w the left null vector of L (Knotek, thesis, (2.13))",
                                 vector_text(value), limits_of_prediction());
     }

@@ -2,30 +2,44 @@
 /// Agents hold a value each and want to agree on one, hearing only their in-neighbours. Everybody moves a little towards
 /// what it hears.
 ///
-///     x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                                  (2.9)-(2.10)
+///     u_i = sum_j w_ij (x_j - x_i)                                                                            (2.9)-(2.10)
+///     x_i' = u_i                                                                                                     (2.8)
 ///
-/// Source: Knotek, "Distributed estimation and control of multi-agent systems" (thesis), equations (2.9)-(2.10), in discrete time.
+/// Without a plant the value is a number the agent keeps, and moves in steps: x_i+ = x_i + dt u_i. With one, x_i is what the agent
+/// measures in every round and u_i steers an integrator, held over the round, which is the same step.
+/// A leader (2.15) is an agent without in-neighbours: its sum is empty, it keeps its value, and the weight of its edges is the pinning gain
+/// g_i. Nobody needs to know that it leads.
+///
+/// Source: Knotek, "Distributed estimation and control of multi-agent systems" (thesis), equations (2.8)-(2.17).
 /// Assumes: a spanning tree (in the union over bounded windows if it switches); dt < 1 / (largest weighted in-degree).
-/// The value agreed on is w^T x(0), w the left null vector of the Laplacian (the mean if the graph is balanced).
+/// The value agreed on is w^T x(0) with w the left null vector of the Laplacian, sum 1 (2.13): the mean if the graph is balanced, the
+/// leader's value if there is one.
 /// A missing message is an absent term: the step of that round is shorter, nothing else.
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_sensing.hpp"
+
+#include <optional>
 
 namespace consort {
 
 template <int N>
 struct LocalVoting {
   static constexpr std::string_view name = "local_voting";
-  static constexpr std::string_view summary = "every agent moves towards the values it hears";
-  static constexpr std::string_view source = "Knotek, thesis, (2.9)-(2.10), discrete time";
+  static constexpr std::string_view summary = "every agent moves towards the values it hears; alone or steering a plant";
+  static constexpr std::string_view source = "Knotek, thesis, (2.8)-(2.17), discrete time";
   static constexpr std::string_view assumptions = "spanning tree (over windows if switching); dt * largest weighted in-degree < 1";
   static constexpr std::array<ValueDoc, 0> parameters{};
-  static constexpr std::array initial{ValueDoc{"x", "vector n", "", "initial value x_i(0)"}};
+  static constexpr std::array initial{ValueDoc{
+      "x", "vector n", "", "initial value x_i(0); with a plant: what stands in the record before the first measurement (default 0)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
-  struct Params {};
+  struct Params {
+    std::optional<Sensing> sensing;  ///< with a plant
+  };
   struct State {
     Vec x;
+    Vector u;  ///< n x 1 with a plant, else empty
   };
   struct Message {
     Vec x;
@@ -34,12 +48,23 @@ struct LocalVoting {
     static auto fields(auto& m) { return std::tie(m.x); }
   };
 
-  static Params params(const Values&, Eigen::Index) { return {}; }
-  static State init(const Params&, const Setup& setup) { return {setup.initial.vector("x")}; }
-  static Message message(const Params&, const State& s, const Sense&) { return {s.x}; }
+  static Params params(const Values&, const Setup& setup) {
+    if (setup.measurement_size == 0) return {};
+    return {Sensing(setup, name)};
+  }
+  static State init(const Params& p, const Setup& setup) {
+    if (!p.sensing) return {setup.initial.vector("x"), Vector()};
+    const Eigen::Index n = p.sensing->output_size();
+    return {first_record(setup, n, name), Vector::Zero(n)};
+  }
+  static Message message(const Params& p, const State& s, const Sense& sense) {
+    if (!p.sensing) return {s.x};
+    return {p.sensing->own(sense)};
+  }
 
-  /// State at k + 1 (n x 1, unit of x).
-  static State transition(const Params&, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+  /// State at k + 1: x (n x 1, unit of x; with a plant what was measured in round k), u (n x 1, unit of x per s).
+  static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    if (p.sensing) return steered(p, sense, inbox);
     // x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                                (2.9)-(2.10)
     State next = s;
     for (const auto& [from, sent, w_ij, heard] : inbox) next.x += (sense.dt * w_ij) * (heard.x - s.x);
@@ -47,6 +72,15 @@ struct LocalVoting {
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
+  static const Vector& control(const Params&, const State& s) { return s.u; }
+
+ private:
+  static State steered(const Params& p, const Sense& sense, HeardInbox<Message> inbox) {
+    State next{p.sensing->own(sense), Vector::Zero(p.sensing->output_size())};
+    // u_i = sum_j w_ij (x_j - x_i)                                                                          (2.9)-(2.10)
+    for (const auto& [from, sent, w_ij, heard] : inbox) next.u += w_ij * (heard.x - next.x);
+    return next;
+  }
 };
 
 }  // namespace consort
