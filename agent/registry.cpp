@@ -1,6 +1,7 @@
 #include "agent/registry.hpp"
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocols/adaptive_consensus.hpp"
 #include "agent/protocols/kalman_consensus.hpp"
 #include "agent/protocols/local_voting.hpp"
 #include "agent/protocols/unbiased_information_consensus.hpp"
@@ -61,6 +62,7 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<KalmanConsensus>(),
       entry<UnbiasedKalmanConsensus>(),
       entry<UnbiasedInformationConsensus>(),
+      entry<AdaptiveConsensus>(),
   };
   return table;
 }
