@@ -14,9 +14,7 @@
 namespace consort {
 
 /// y_i as a vector (n).
-inline Eigen::Map<const Vector> measured(const Sense& sense) {
-  return {sense.y.data(), static_cast<Eigen::Index>(sense.y.size())};
-}
+inline Eigen::Map<const Vector> measured(const Sense& sense) { return {sense.y.data(), static_cast<Eigen::Index>(sense.y.size())}; }
 
 /// Two tables of parameters, one after the other.
 template <std::size_t N, std::size_t M>
@@ -36,15 +34,23 @@ inline double positive_parameter(std::string_view who, const Values& given, std:
                     (zero_too ? "; allowed: 0 or more" : "; allowed: above 0"));
 }
 
+/// Coordinates of a position, where y_i = (positions, velocities). Throws ConfigError on a measurement that has no two halves.
+inline Eigen::Index positions_measured(std::string_view who, const Setup& setup) {
+  if (setup.measurement_size % 2 != 0 || setup.measurement_size == 0)
+    throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + " measures " +
+                      std::to_string(setup.measurement_size) + " numbers; allowed: positions and as many velocities (integrator, order 2)");
+  return static_cast<Eigen::Index>(setup.measurement_size / 2);
+}
+
 inline constexpr std::array kGainParameters{
     ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "1", "weight Q of the state in the Riccati equation"},
     ValueDoc{"R", "covariance m x m (scalar, diagonal or matrix)", "1", "weight R of the control in the Riccati equation, > 0"}};
 
 /// K = R^-1 B'P, Gamma = K'RK, with A'P + P A + Q - P B R^-1 B'P = 0.                                                (4.26)-(4.28)
 struct ConsensusGains {
-  Matrix K;     ///< m x n
-  Matrix root;  ///< m x n, Gamma = root' root
-  Matrix P;     ///< n x n
+  Matrix K;                    ///< m x n
+  Matrix root;                 ///< m x n, Gamma = root' root
+  Matrix P;                    ///< n x n
   double slowest_decay = 0.0;  ///< lambda_min(Q) / lambda_max(P), 1/s
   double largest_P = 0.0;      ///< lambda_max(P)
 };

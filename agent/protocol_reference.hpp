@@ -10,15 +10,15 @@
 /// every sample (sliding, as the numbered steps say; it starts full of c_i(0)). A change of kappa_i that is not larger than the dead zone
 /// is not made: against noise, which keeps c_i moving for ever.
 ///
-/// eigenvalue (Algorithm 4.2; undirected graphs): artificial states, r_i' = -xi sum_j w_ij (q_i - q_j), q_i' = xi sum_j w_ij (r_i - r_j) (4.87),
-/// started at +1 or -1, oscillate at the frequencies xi lambda_k(L) rad/s. A Fourier transform of z_i = r_i + i q_i over a window finds the
-/// smallest that is not zero, and kappa_i = 1 / (2 lambda) (4.88).
-/// Symplectic: r_i moves in even rounds and q_i in odd ones, by two rounds each, so one exchange per round is enough and the amplitude
-/// neither grows nor decays if dt xi lambda_max < 1. The frequency that this shifts (2 sin(theta / 2) per step, theta the angle of a
-/// step) is shifted back. Because z_i turns one way only (e^{i xi lambda t}), nothing is folded at zero; a Hann window separates a line
-/// from the constant part if xi lambda_2 window >= 4 pi, and the sampling tells all lines apart from their aliases if
-/// xi lambda_max < pi f_s. A line an agent does not see (below 5 % of its strongest) leaves it with a larger one (Remark 33).
-/// Its sums lack the terms of missing messages; then the matrix is not symmetric in that round and the amplitudes drift.
+/// eigenvalue (Algorithm 4.2; undirected graphs): artificial states, r_i' = -xi sum_j w_ij (q_i - q_j), q_i' = xi sum_j w_ij (r_i - r_j)
+/// (4.87), started at +1 or -1, oscillate at the frequencies xi lambda_k(L) rad/s. A Fourier transform of z_i = r_i + i q_i over a window
+/// finds the smallest that is not zero, and kappa_i = 1 / (2 lambda) (4.88). Symplectic: r_i moves in even rounds and q_i in odd ones, by
+/// two rounds each, so one exchange per round is enough and the amplitude neither grows nor decays if dt xi lambda_max < 1. The frequency
+/// that this shifts (2 sin(theta / 2) per step, theta the angle of a step) is shifted back. Because z_i turns one way only (e^{i xi lambda
+/// t}), nothing is folded at zero; a Hann window separates a line from the constant part if xi lambda_2 window >= 4 pi, and the sampling
+/// tells all lines apart from their aliases if xi lambda_max < pi f_s. A line an agent does not see (below 5 % of its strongest) leaves it
+/// with a larger one (Remark 33). Its sums lack the terms of missing messages; then the matrix is not symmetric in that round and the
+/// amplitudes drift.
 
 #include "agent/protocol.hpp"
 #include "agent/protocol_gains.hpp"
@@ -60,11 +60,11 @@ class Reference {
   struct State {
     double kappa = 0.0;
     double r = 0.0, q = 0.0;
-    Round rounds = 0;           ///< since the window was begun
-    std::size_t taken = 0;      ///< samples since then
-    double low = 0.0, high = 0.0;              ///< block
-    std::vector<double> c;                     ///< sliding: the newest samples, `taken` mod size is the oldest
-    std::vector<std::complex<double>> z;       ///< eigenvalue: samples of r + i q
+    Round rounds = 0;                     ///< since the window was begun
+    std::size_t taken = 0;                ///< samples since then
+    double low = 0.0, high = 0.0;         ///< block
+    std::vector<double> c;                ///< sliding: the newest samples, `taken` mod size is the oldest
+    std::vector<std::complex<double>> z;  ///< eigenvalue: samples of r + i q
   };
 
   /// Throws ConfigError.

@@ -87,9 +87,10 @@ constexpr std::array kTable{
     MetricEntry{"rounds_to_convergence",
                 "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
                 rounds_to_convergence},
-    MetricEntry{"consensus_time",
-                "s, from when (since the last agent joined) the ranges of all state components add up to the stop rule's disagreement (0.01)",
-                consensus_time},
+    MetricEntry{
+        "consensus_time",
+        "s, from when (since the last agent joined) the ranges of all state components add up to the stop rule's disagreement (0.01)",
+        consensus_time},
     MetricEntry{"gain_min", "smallest final coupling gain among the agents that hear somebody", gain_min},
     MetricEntry{"gain_mean", "mean of those", gain_mean},
     MetricEntry{"gain_max", "largest of those", gain_max},

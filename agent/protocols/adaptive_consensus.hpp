@@ -29,16 +29,16 @@ struct AdaptiveConsensus {
   static constexpr std::string_view assumptions =
       "(A, B) stabilisable, y = x; strongly connected or led; eigenvalue: undirected; dt small against the largest gain";
   static constexpr bool needs_plant = true;
-  static constexpr std::array parameters =
-      joined(joined(kGainParameters, std::array{ValueDoc{"beta", "scalar", "0.9 lambda_min(Q) / lambda_max(P)", "decay rate of c_i, 1/s"},
-                                                ValueDoc{"reset", "one of on_change, never", "on_change",
-                                                         "begin c_i and kappa_i again when the network changes"}}),
-             Reference::parameters);
+  static constexpr std::array parameters = joined(
+      joined(kGainParameters,
+             std::array{ValueDoc{"beta", "scalar", "0.9 lambda_min(Q) / lambda_max(P)", "decay rate of c_i, 1/s"},
+                        ValueDoc{"reset", "one of on_change, never", "on_change", "begin c_i and kappa_i again when the network changes"}}),
+      Reference::parameters);
   static constexpr std::array initial =
       joined(std::array{ValueDoc{"c", "scalar", "0.01", "coupling gain c_i(0), > 0"}}, Reference::initial);
 
   struct Params {
-    Matrix K, root;  // m x n; Gamma = root' root
+    Matrix K, root;        // m x n; Gamma = root' root
     double beta, decayed;  // decayed = (1 - e^{-beta dt}) / beta
     bool resets;
     Reference::Rule reference;
@@ -104,7 +104,8 @@ struct AdaptiveConsensus {
 
  private:
   static Round newest_change(const State& s, const Sense& sense) {
-    const bool changed = s.begun && !std::equal(s.heard_from.begin(), s.heard_from.end(), sense.in_neighbours.begin(), sense.in_neighbours.end());
+    const bool changed =
+        s.begun && !std::equal(s.heard_from.begin(), s.heard_from.end(), sense.in_neighbours.begin(), sense.in_neighbours.end());
     return changed ? sense.k + 1 : s.changed;
   }
   static void begin_again_on_change(State& s, const Sense& sense, HeardInbox<Message> inbox) {
