@@ -2,6 +2,7 @@
 
 #include "core/metrics.hpp"
 #include "orchestrator/survey.hpp"
+#include "orchestrator/theory_adaptive.hpp"
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
@@ -68,6 +69,7 @@ class Examination {
       if (choice.name == "local_voting") local_voting();
       if (choice.name == "kalman_consensus") kalman(choice);
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
+      if (adapts_gains(choice.name)) examine_adaptive(experiment_, choice, survey_, out_);
     }
     links();
     return std::move(out_);
