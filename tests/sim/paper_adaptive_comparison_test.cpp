@@ -89,7 +89,6 @@ TEST(LiAgentConsensus, RunsAwayWithLargeDifferencesBecauseTheFactorGrowsWithThei
 }
 
 TEST(LiEdgeConsensus, BothEndsOfAnEdgeKeepTheSameGain) {
-  // Ring of four: agent i's two edges have the gains of its neighbours' edges to it.
   const Trace trace = trace_of(experiment("li_edge_consensus", path(2), {3.0, -4.0}, {}, 20));
   for (std::size_t report = 0; report < trace.rounds.size(); ++report)
     for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(trace.at(report, AgentId{1})[c], trace.at(report, AgentId{2})[c]);
