@@ -143,7 +143,7 @@ class AdaptiveExamination {
           fmt::format("the agents come to agree, as far as the gains suffice ({})", demand_.theorem));
       return;
     }
-    add(Verdict::fails, condition, fmt::format("not from round {} on", firsts_[static_cast<std::size_t>(unfit - graphs_.begin())]),
+    add(Verdict::fails, condition, fmt::format("not in round {}", firsts_[static_cast<std::size_t>(unfit - graphs_.begin())]),
         has_spanning_tree(*unfit) ? fmt::format("a spanning tree is there, but {} does not cover this graph", demand_.theorem)
                                   : "there is no spanning tree: the agents cannot agree");
   }
