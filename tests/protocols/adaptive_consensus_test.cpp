@@ -25,7 +25,7 @@ TEST(AdaptiveConsensus, GainsOfTheDoubleIntegratorAreTheAnalyticOnes) {
   model.set("A", (Matrix(2, 2) << 0, 1, 0, 0).finished());
   model.set("B", (Matrix(2, 1) << 0, 1).finished());
   model.set("C", Matrix(Matrix::Identity(2, 2)));
-  const auto p = AdaptiveConsensus::params(parameters, Setup{AgentId{1}, 2, 0.01, initial, model, 2});
+  const auto p = AdaptiveConsensus::params(parameters, consort::Setup{AgentId{1}, 2, 0.01, initial, model, 2});
   EXPECT_NEAR(p.K(0, 0), 1.0, 1e-12);
   EXPECT_NEAR(p.K(0, 1), kRoot3, 1e-12);
   const Matrix Gamma = p.root.transpose() * p.root;
