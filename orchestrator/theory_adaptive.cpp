@@ -221,7 +221,8 @@ class AdaptiveExamination {
       gains = consensus_gains(choice_.name, gains_of(choice_.parameters),
                               Setup{agent_at(0), experiment_.agents, experiment_.dt, none, model, physics.measurement_size(agent_at(0))});
       const Matrix KB = gains.K * *model.find("B");
-      stiffness = largest_modulus({KB.eigenvalues().begin(), KB.eigenvalues().end()});
+      const Eigen::VectorXcd eigenvalues = KB.eigenvalues();
+      stiffness = largest_modulus({eigenvalues.begin(), eigenvalues.end()});
     }
     if (choice_.name == "yu_consensus") stiffness = choice_.parameters.scalar("beta", 1.0);
     const double allowed = 2.0 / (experiment_.dt * stiffness * largest_);
