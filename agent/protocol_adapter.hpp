@@ -164,7 +164,8 @@ class ProtocolOf final : public Protocol {
       const double* from = inbox[i].payload.data();
       std::apply([&](auto&... value) { (detail::get(from, value), ...); }, Message::fields(heard.message));
     }
-    state_ = P::transition(params_, state_, sense, HeardInbox<Message>(heard_.data(), inbox.size()));
+    // A protocol that takes its state by value moves it on instead of copying it (long windows, many gains).
+    state_ = P::transition(params_, std::move(state_), sense, HeardInbox<Message>(heard_.data(), inbox.size()));
     if (!P::estimate(state_).allFinite()) refuse(sense.k, "the estimate");
     if constexpr (Steers<P>) {
       if (!P::control(params_, state_).allFinite()) refuse(sense.k, "the control");

@@ -2,14 +2,20 @@
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_sensing.hpp"
+#include "agent/protocols/adaptive_consensus.hpp"
 #include "agent/protocols/continuous_kalman_consensus.hpp"
+#include "agent/protocols/das_neural_consensus.hpp"
 #include "agent/protocols/kalman_consensus.hpp"
+#include "agent/protocols/li_agent_consensus.hpp"
+#include "agent/protocols/li_edge_consensus.hpp"
 #include "agent/protocols/local_voting.hpp"
 #include "agent/protocols/measured_consensus.hpp"
 #include "agent/protocols/minimum_energy_consensus.hpp"
 #include "agent/protocols/static_consensus.hpp"
+#include "agent/protocols/su_consensus.hpp"
 #include "agent/protocols/unbiased_information_consensus.hpp"
 #include "agent/protocols/unbiased_kalman_consensus.hpp"
+#include "agent/protocols/yu_consensus.hpp"
 #include "core/nearest.hpp"
 
 namespace consort {
@@ -75,6 +81,12 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<StaticConsensus>(),
       entry<MinimumEnergyConsensus>(),
       entry<MeasuredConsensus>(),
+      entry<AdaptiveConsensus>(),
+      entry<SuConsensus>(),
+      entry<YuConsensus>(),
+      entry<LiEdgeConsensus>(),
+      entry<LiAgentConsensus>(),
+      entry<DasNeuralConsensus>(),
   };
   return table;
 }

@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/metrics_control.hpp"
+#include "core/metrics_gains.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -98,6 +99,14 @@ constexpr std::array kTable{
                 agreement_deviation},
     MetricEntry{"agreement_deviation_bound", "what it stays below (Zamani et al. 2014, (28), (29) corrected), with bounded disturbances",
                 agreement_deviation_bound},
+    MetricEntry{
+        "consensus_time",
+        "s, from when (since the last agent joined) the ranges of all state components add up to the stop rule's disagreement (0.01)",
+        consensus_time},
+    MetricEntry{"gain_min", "smallest final coupling gain among the agents that hear somebody", gain_min},
+    MetricEntry{"gain_mean", "mean of those", gain_mean},
+    MetricEntry{"gain_max", "largest of those", gain_max},
+    MetricEntry{"gain_peak", "largest such gain in any reported round", gain_peak},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},
