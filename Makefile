@@ -7,11 +7,12 @@ BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test bench format format-check tidy cppcheck lint clean
+.PHONY: help setup configure build run test experiments bench format format-check tidy cppcheck lint clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
 	@echo 'make test     set up, build, and run every test'
+	@echo 'make experiments  set up, build, and run every shipped experiment in full, in both modes; a table of criteria and times'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
 	@echo 'make build    set up and build only'
 	@echo 'make format   format the sources in place'
@@ -39,6 +40,9 @@ run: setup configure
 
 test: build
 	@ctest --preset $(PRESET) --parallel $(JOBS)
+
+experiments: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target experiments
 
 bench: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target bench

@@ -34,6 +34,9 @@ const std::vector<std::string> kNames{"ring_10",
                                       "complete_100",
                                       "hosted_ring_100_in_2",
                                       "hosted_ring_1000_in_4",
+                                      "closed_loop_10",
+                                      "closed_loop_50",
+                                      "closed_loop_100",
                                       "startup_ring_10",
                                       "startup_ring_100",
                                       "startup_ring_1000",
@@ -46,7 +49,8 @@ struct Exchange {
   int agents, agents_per_process;
   std::vector<std::string> raw_options;
   Aim aim;
-  int short_rounds;  ///< enough to start and to tell the rate roughly
+  int short_rounds;    ///< enough to start and to tell the rate roughly
+  bool plant = false;  ///< the agents steer a plant: beside the raw ring, which has none of its two samples per agent and round
 };
 
 const std::vector<Exchange>& exchanges() {
@@ -59,6 +63,9 @@ const std::vector<Exchange>& exchanges() {
       {"complete_50", "complete", 50, 1, {"--multicast"}, {Of::ratio_at_least, 0.8}, 20},
       {"hosted_ring_100_in_2", "ring", 100, 50, {}, {Of::ratio_at_least, 0.5}, 1000},
       {"hosted_ring_1000_in_4", "ring", 1000, 250, {}, {Of::value_at_least, 2500}, 200},
+      {"closed_loop_10", "ring", 10, 1, {}, {}, 300, true},
+      {"closed_loop_50", "ring", 50, 1, {}, {}, 50, true},
+      {"closed_loop_100", "ring", 100, 1, {}, {}, 30, true},
   };
   return list;
 }
@@ -139,7 +146,7 @@ class Bench {
             outcome.cpu_seconds};
   }
 
-  /// local_voting on eight states, telemetry at its default.
+  /// local_voting on eight states, or steering integrators of eight coordinates; telemetry at its default.
   Ours ours(const Exchange& exchange, long rounds, const std::function<void(pid_t)>& watch = {}) const {
     const int degree = exchange.shape == "ring" ? 2 : exchange.agents - 1;
     const fs::path file = folder_.path() / (exchange.name + ".yaml");
@@ -152,11 +159,13 @@ class Bench {
         "agents:\n"
         "  count: {3}\n"
         "  protocol: local_voting\n"
-        "  initial: {{x: {{uniform: [0, 1], dimension: 8}}}}\n"
+        "{6}"
         "topology: {4}\n"
         "placement: {{agents_per_process: {5}}}\n"
         "stop: {{deadline: 300 s}}\n",
-        exchange.name, rounds, 0.5 / (degree + 1), exchange.agents, exchange.shape, exchange.agents_per_process);
+        exchange.name, rounds, 0.5 / (degree + 1), exchange.agents, exchange.shape, exchange.agents_per_process,
+        exchange.plant ? "plant: {model: {name: integrator, dimension: 8}, initial: {position: {uniform: [0, 1], dimension: 8}}}\n"
+                       : "  initial: {x: {uniform: [0, 1], dimension: 8}}\n");
     return run_file(file, 330.0, watch);
   }
 

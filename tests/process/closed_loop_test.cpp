@@ -102,6 +102,11 @@ TEST(Joining, ARealProcessStartsMidRunAndTheRunEqualsTheSimulation) {
   EXPECT_LT(trace.state_at(400, AgentId{6})[0], 50.0) << "the others pull";
 }
 
+TEST(Joining, TheShippedJoinExperimentEqualsItsSimulationToItsEnd) {
+  const Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "adaptive_ring5_join.yaml");
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
 TEST(Joining, NeedNotFallOnAReportedRoundAndMayComeTwice) {
   Experiment experiment = somebody_joins("events: [{round: 1, join: 2}, {round: 77, join: [4, 6]}, {round: 213, join: 5}]");
   experiment.report_every = 10;

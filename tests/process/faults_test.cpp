@@ -6,6 +6,7 @@
 #include <sqlite3.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <csignal>
 
 namespace consort {
@@ -101,15 +102,59 @@ TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
   EXPECT_GT(run.estimates(), 0);
 }
 
-TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
-  Command run(kEndless);
+/// The closed loop of six agents, without end.
+std::string endless_loop() {
+  return std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
+}
+
+TEST(Faults, AKilledPlantEndsTheRunNamingIt) {
+  Command run(endless_loop());
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   const auto children = run.program->children();
-  ASSERT_EQ(children.size(), 6u);
-  run.program->signal(SIGKILL);
-  run.program->wait(60);
+  ASSERT_EQ(children.size(), 7u) << "six agents and the plant";
+  const auto plant = std::find_if(children.begin(), children.end(), [](pid_t pid) {
+    return text_of("/proc/" + std::to_string(pid) + "/cmdline").find("consort-plant") != std::string::npos;
+  });
+  ASSERT_NE(plant, children.end());
+  kill(*plant, SIGKILL);
+  EXPECT_EQ(run.program->wait(60), 3);
+  const std::string err = run.program->err();
+  EXPECT_NE(err.find("plant"), std::string::npos) << err;
+  EXPECT_NE(err.find("SIGKILL"), std::string::npos) << err;
   expect_none_left(children, 5);
-  EXPECT_GT(run.estimates(), 0) << "what was committed can be read";
+  EXPECT_GT(run.estimates(), 0);
+}
+
+TEST(Faults, APlantThatStandsStillIsNamedByThoseWhoWait) {
+  Command run(endless_loop());
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  const auto children = run.program->children();
+  ASSERT_EQ(children.size(), 7u);
+  const auto plant = std::find_if(children.begin(), children.end(), [](pid_t pid) {
+    return text_of("/proc/" + std::to_string(pid) + "/cmdline").find("consort-plant") != std::string::npos;
+  });
+  ASSERT_NE(plant, children.end());
+  kill(*plant, SIGSTOP);
+  EXPECT_TRUE(eventually([&] { return run.program->err().find("waits for its measurement") != std::string::npos; }, 60))
+      << run.program->err();
+  EXPECT_NE(run.program->err().find("no answer from plant"), std::string::npos) << run.program->err();
+  kill(*plant, SIGCONT);
+  run.program->signal(SIGTERM);
+  EXPECT_EQ(run.program->wait(60), 143);
+  expect_none_left(children, 5);
+}
+
+TEST(Faults, AKilledOrchestratorLeavesNoProcess) {
+  for (const std::string& text : {std::string(kEndless), endless_loop()}) {
+    Command run(text);
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    const auto children = run.program->children();
+    ASSERT_GE(children.size(), 6u);
+    run.program->signal(SIGKILL);
+    run.program->wait(60);
+    expect_none_left(children, 5);
+    EXPECT_GT(run.estimates(), 0) << "what was committed can be read";
+  }
 }
 
 TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
