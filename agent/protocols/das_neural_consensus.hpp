@@ -78,9 +78,9 @@ struct DasNeuralConsensus {
     return next;
   }
 
-  static Vector estimate(const State& s) { return s.W; }
+  static const Eigen::Vector3d& estimate(const State& s) { return s.W; }
   static std::vector<Field> estimate_fields(const State&) { return {{"W", 3, 1}}; }
-  static Vector control(const Params&, const State& s) { return Vector::Constant(1, s.u); }
+  static Eigen::Matrix<double, 1, 1> control(const Params&, const State& s) { return Eigen::Matrix<double, 1, 1>(s.u); }
 };
 
 }  // namespace consort
