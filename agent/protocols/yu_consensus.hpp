@@ -7,8 +7,9 @@
 ///     c_i' = xi [ alpha e_p'e_p + beta gamma e_v'e_v + (beta + alpha gamma) e_p'e_v ]                                  (4.15), (4.17)
 ///
 /// (4.14) is printed with v_j - v_j for v_j - v_i, (4.16) without the minus sign, without which the agents run away from the leader. A
-/// leader is an agent without in-neighbours; the weight of its edges is g_i. u and the products are held over the round. Source: Yu, Ren,
-/// Zheng, Chen, Lu 2013, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis), (4.12)-(4.17).
+/// leader is an agent without in-neighbours; the weight of its edges is g_i. u and the products are held over the round.
+/// Source: Yu, Ren, Zheng, Chen, Lu 2013, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis),
+/// (4.12)-(4.17).
 /// Assumes: undirected and connected among the followers; y = (p, v); no noise; dt small against beta c_i lambda_max.
 /// A missing message is an absent term in both sums.
 
