@@ -52,7 +52,7 @@ struct AdaptiveConsensus {
     std::vector<Neighbour> heard_from;
   };
   struct Message {
-    Vector y;
+    Measured y;
     double changed = 0, r = 0, q = 0;
     static constexpr std::array<std::string_view, 4> field_names{"y", "changed", "r", "q"};
     static constexpr std::string_view noisy_field = "y";

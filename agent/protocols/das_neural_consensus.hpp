@@ -7,10 +7,11 @@
 ///     W_i' = -F phi(x_i) e_i p (d_i + g_i) - kappa F W_i                                                                (4.5), (4.6)
 ///
 /// d_i + g_i is the weighted in-degree. A leader is an agent without in-neighbours; its u is 0. e_i and phi are held over the round, in
-/// which (4.5) then moves exactly. Source: Das, Lewis 2010, as printed in Knotek, "Distributed estimation and control of multi-agent
-/// systems" (thesis), (4.3)-(4.6). Assumes: strongly connected, or a leader that reaches everybody; the drift close to a combination of
-/// phi; y = x, scalar. The errors end within a bound, not at zero; dt < 2 / (c lambda_max(L)). A missing message is an absent term in e_i;
-/// d_i + g_i is that of the scheduled graph.
+/// which (4.5) then moves exactly.
+/// Source: Das, Lewis 2010, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis), (4.3)-(4.6).
+/// Assumes: strongly connected, or a leader that reaches everybody; the drift close to a combination of phi; y = x, scalar. The errors
+/// end within a bound, not at zero; dt < 2 / (c lambda_max(L)).
+/// A missing message is an absent term in e_i; d_i + g_i is that of the scheduled graph.
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_gains.hpp"
@@ -78,9 +79,9 @@ struct DasNeuralConsensus {
     return next;
   }
 
-  static Vector estimate(const State& s) { return s.W; }
+  static const Eigen::Vector3d& estimate(const State& s) { return s.W; }
   static std::vector<Field> estimate_fields(const State&) { return {{"W", 3, 1}}; }
-  static Vector control(const Params&, const State& s) { return Vector::Constant(1, s.u); }
+  static Eigen::Matrix<double, 1, 1> control(const Params&, const State& s) { return Eigen::Matrix<double, 1, 1>(s.u); }
 };
 
 }  // namespace consort

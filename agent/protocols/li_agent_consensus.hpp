@@ -37,7 +37,7 @@ struct LiAgentConsensus {
     Vector u, xi;
   };
   struct Message {
-    Vector y;
+    Measured y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -67,7 +67,7 @@ struct LiAgentConsensus {
     return s;
   }
 
-  static Vector estimate(const State& s) { return Vector::Constant(1, s.c); }
+  static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

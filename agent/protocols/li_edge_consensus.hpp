@@ -39,7 +39,7 @@ struct LiEdgeConsensus {
     Vector u, pull, difference;  // pull = sum_j c_ij w_ij (x_j - x_i)
   };
   struct Message {
-    Vector y;
+    Measured y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -72,7 +72,7 @@ struct LiEdgeConsensus {
   }
 
   /// Smallest, mean and largest gain of the agent's edges.
-  static Vector estimate(const State& s) { return s.c.summary(); }
+  static Eigen::Vector3d estimate(const State& s) { return s.c.summary(); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c_min", 1, 1}, {"c_mean", 1, 1}, {"c_max", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

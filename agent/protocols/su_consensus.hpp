@@ -42,7 +42,7 @@ struct SuConsensus {
     Vector u, difference;
   };
   struct Message {
-    Vector y;
+    Measured y;
     double leads = 0;  // 1: it hears nobody
     static constexpr std::array<std::string_view, 2> field_names{"y", "leads"};
     static constexpr std::string_view noisy_field = "y";

@@ -7,8 +7,9 @@
 ///     c_i' = xi [ alpha e_p'e_p + beta gamma e_v'e_v + (beta + alpha gamma) e_p'e_v ]                                  (4.15), (4.17)
 ///
 /// (4.14) is printed with v_j - v_j for v_j - v_i, (4.16) without the minus sign, without which the agents run away from the leader. A
-/// leader is an agent without in-neighbours; the weight of its edges is g_i. u and the products are held over the round. Source: Yu, Ren,
-/// Zheng, Chen, Lu 2013, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis), (4.12)-(4.17).
+/// leader is an agent without in-neighbours; the weight of its edges is g_i. u and the products are held over the round.
+/// Source: Yu, Ren, Zheng, Chen, Lu 2013, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis),
+/// (4.12)-(4.17).
 /// Assumes: undirected and connected among the followers; y = (p, v); no noise; dt small against beta c_i lambda_max.
 /// A missing message is an absent term in both sums.
 
@@ -38,7 +39,7 @@ struct YuConsensus {
     Vector u, e;  // e = (e_p, e_v)
   };
   struct Message {
-    Vector y;
+    Measured y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -67,7 +68,7 @@ struct YuConsensus {
     return s;
   }
 
-  static Vector estimate(const State& s) { return Vector::Constant(1, s.c); }
+  static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

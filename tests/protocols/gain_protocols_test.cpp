@@ -108,6 +108,7 @@ TEST(GainProtocols, RefuseMeasurementsTheyCannotUse) {
   };
   EXPECT_NE(refusal("yu_consensus", 3).find("velocities"), std::string::npos);
   EXPECT_NE(refusal("su_consensus", 0).find("velocities"), std::string::npos);
+  EXPECT_NE(refusal("su_consensus", 66).find("up to 64"), std::string::npos);
   EXPECT_NE(refusal("li_edge_consensus", 4).find("whole state"), std::string::npos);
   EXPECT_NE(refusal("das_neural_consensus", 2).find("allowed: 1"), std::string::npos);
 }
