@@ -93,7 +93,8 @@ void predicted_value(const Experiment& experiment, Seed seed, const ProtocolChoi
   put(out, "predicted_value", start * left_null_vector(*graph));
 }
 
-void leader_error(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+void leader_error(const Experiment& experiment, Seed seed, const ProtocolChoice& choice, const Trace& trace, Metrics& out) {
+  if (!trace.agrees_on_states && choice.name != "local_voting") return;
   const Graph support = experiment.schedule(seed).support(experiment.rounds);
   std::optional<Eigen::Index> leader;
   for (std::size_t i = 0; i < trace.agents; ++i) {

@@ -10,7 +10,8 @@ namespace consort {
 /// tree, and more than 300 agents: nothing.
 void predicted_value(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
-/// Largest final distance of an agent from the leader, if exactly one agent never hears anybody and somebody else does.
+/// Agents that steer a plant, and local voting: largest final distance of an agent from the leader, if exactly one agent never hears
+/// anybody.
 void leader_error(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
 /// Zamani et al. 2014, (31): sum over the agents of the squared distance of their states from the mean state, averaged over the reported

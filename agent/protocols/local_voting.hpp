@@ -34,12 +34,13 @@ struct LocalVoting {
       "x", "vector n", "", "initial value x_i(0); with a plant: what stands in the record before the first measurement (default 0)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
+  using Control = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, N, 1>;  // of length 0 or n, and not on the heap
   struct Params {
     std::optional<Sensing> sensing;  ///< with a plant
   };
   struct State {
     Vec x;
-    Vector u;  ///< n x 1 with a plant, else empty
+    Control u;  ///< n x 1 with a plant, else empty
   };
   struct Message {
     Vec x;
@@ -53,9 +54,9 @@ struct LocalVoting {
     return {Sensing(setup, name)};
   }
   static State init(const Params& p, const Setup& setup) {
-    if (!p.sensing) return {setup.initial.vector("x"), Vector()};
+    if (!p.sensing) return {setup.initial.vector("x"), Control()};
     const Eigen::Index n = p.sensing->output_size();
-    return {first_record(setup, n, name), Vector::Zero(n)};
+    return {first_record(setup, n, name), Control::Zero(n)};
   }
   static Message message(const Params& p, const State& s, const Sense& sense) {
     if (!p.sensing) return {s.x};
@@ -72,11 +73,11 @@ struct LocalVoting {
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
-  static const Vector& control(const Params&, const State& s) { return s.u; }
+  static const Control& control(const Params&, const State& s) { return s.u; }
 
  private:
   static State steered(const Params& p, const Sense& sense, HeardInbox<Message> inbox) {
-    State next{p.sensing->own(sense), Vector::Zero(p.sensing->output_size())};
+    State next{p.sensing->own(sense), Control::Zero(p.sensing->output_size())};
     // u_i = sum_j w_ij (x_j - x_i)                                                                          (2.9)-(2.10)
     for (const auto& [from, sent, w_ij, heard] : inbox) next.u += w_ij * (heard.x - next.x);
     return next;

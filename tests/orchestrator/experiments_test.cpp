@@ -79,9 +79,26 @@ INSTANTIATE_TEST_SUITE_P(Files, ShippedExperiment, testing::ValuesIn(shipped()),
                          [](const auto& file) { return file.param.stem().string(); });
 
 TEST(ShippedExperiments, AreTheOnesPromised) {
-  const std::set<std::string> promised{"meet_for_dinner",    "meet_for_dinner_leader", "kalman_bias",  "kalman_unbiased", "table1_case1",
-                                       "table1_case2",       "table1_case3",           "table1_case4", "table1_case5",    "table1_case6",
-                                       "switching_unbiased", "local_voting_ring",      "complete_100"};
+  const std::set<std::string> promised{"meet_for_dinner",
+                                       "meet_for_dinner_leader",
+                                       "kalman_bias",
+                                       "kalman_unbiased",
+                                       "table1_case1",
+                                       "table1_case2",
+                                       "table1_case3",
+                                       "table1_case4",
+                                       "table1_case5",
+                                       "table1_case6",
+                                       "switching_unbiased",
+                                       "local_voting_ring",
+                                       "complete_100",
+                                       "continuous_kalman",
+                                       "local_voting",
+                                       "leader_following",
+                                       "static_consensus",
+                                       "minimum_energy",
+                                       "minimum_energy_coherence",
+                                       "minimum_energy_perfect"};
   std::set<std::string> found;
   for (const auto& file : shipped()) found.insert(file.stem().string());
   for (const auto& name : promised) EXPECT_TRUE(found.contains(name)) << name;

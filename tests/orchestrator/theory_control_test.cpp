@@ -79,7 +79,7 @@ std::string complete_100(const std::string& protocol, const std::string& dt, con
 TEST(TheoryControl, GivesTheStepsOfTheCoherenceExample) {
   const std::string filtered = "minimum_energy_consensus: dt is short enough", direct = "measured_consensus: dt is short enough";
   EXPECT_SAYS("allowed below 0.0350", only(complete_100("minimum_energy_consensus", "0.002"), filtered).evidence);
-  EXPECT_SAYS("allowed below 0.0182", only(complete_100("{name: minimum_energy_consensus, S: 1}", "0.002"), filtered).evidence);
+  EXPECT_SAYS("allowed below 0.01819", only(complete_100("{name: minimum_energy_consensus, S: 1}", "0.002"), filtered).evidence);
   EXPECT_SAYS("allowed below 0.02", only(complete_100("measured_consensus", "0.002"), direct).evidence);
   EXPECT_EQ(only(complete_100("measured_consensus", "0.0199"), direct).verdict, Verdict::holds);
   EXPECT_EQ(only(complete_100("measured_consensus", "0.0201"), direct).verdict, Verdict::fails);

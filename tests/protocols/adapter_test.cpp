@@ -112,7 +112,7 @@ TEST(Adapter, DimensionsInsideAndOutsideTheTableAgree) {
     Values parameters;
     parameters.set("Q", 0.1);
     parameters.set("Omega", 0.2);
-    for (const char* name : {"kalman_consensus", "continuous_kalman_consensus", "unbiased_kalman_consensus"}) {
+    for (const char* name : {"kalman_consensus", "unbiased_kalman_consensus"}) {
       const Vector x = Vector::LinSpaced(n, 1.0, 2.0), other = Vector::LinSpaced(n, -3.0, 4.0);
       const Vector P = Vector::LinSpaced(n, 0.5, 1.5);
       const auto vector = make(name, parameters, initial_of(x, Matrix(P.asDiagonal())));

@@ -116,13 +116,14 @@ TEST(MinimumEnergy, DecayAndBoundAreTheOnesStated) {
 
 /// delta_i = .1 sin(t + i), eps_ij = .1 cos(2 t + i + 3 j).
 Experiment disturbed(Seconds dt) {
-  Experiment e = minimum_energy(four_agents(), kX, kEstimates, dt, 60);
+  const Graph graph = four_agents();
+  Experiment e = minimum_energy(graph, kX, kEstimates, dt, 60);
   e.plant->disturbances.push_back({Disturbance::On::state, Disturbance::Sinusoid{same(0.1), 1.0, each({1, 2, 3, 4})}, 1, {}});
   for (std::uint32_t i = 1; i <= 4; ++i) {
-    Vector phase(1 + four_agents().in_degree(AgentId{i}));
+    Vector phase(1 + static_cast<Eigen::Index>(graph.in_degree(AgentId{i})));
     phase[0] = 4.0 * i;
     Eigen::Index s = 1;
-    for (const Neighbour& j : four_agents().in_neighbours(AgentId{i})) phase[s++] = i + 3.0 * j.id.value;
+    for (const Neighbour& j : graph.in_neighbours(AgentId{i})) phase[s++] = i + 3.0 * j.id.value;
     phase.array() += std::numbers::pi / 2;
     e.plant->disturbances.push_back(
         {Disturbance::On::measurement, Disturbance::Sinusoid{same(0.1), 2.0, same(Matrix(phase))}, 1, {AgentId{i}}});

@@ -204,6 +204,7 @@ TEST(Degenerate, SourceThatHearsNobodyNeverMoves) {
 TEST(Metrics, AreWhatTheirSummariesSay) {
   Experiment e;
   e.agents = 3;
+  e.topology = RandomPairs{};
   e.initial = {{"x", {PerAgent::List{{Matrix::Constant(2, 1, 1.0), Matrix::Constant(2, 1, 2.0), Matrix::Constant(2, 1, 6.0)}}}}};
   const ProtocolChoice choice{"local_voting", {}};
   Trace trace;
