@@ -7,9 +7,9 @@
 namespace {
 
 constexpr const char* kHelp =
-    R"(The plant process of a Consort run: the physics between actuation and measurement. It receives its assignment over DDS, sends each agent's
-process what that agent measures, waits for everybody's control, and moves on by a round. `consort run` starts it where an experiment has
-a plant; started by hand it joins the run of that name:
+    R"(The plant process of a Consort run: the physics between actuation and measurement. It receives its assignment over DDS, sends each
+agent's process what that agent measures, waits for everybody's control, and moves on by a round. `consort run` starts it where an
+experiment has a plant; started by hand it joins the run of that name:
 
   consort-plant --run demo --domain 7
 

@@ -43,7 +43,8 @@ bool show(const std::string& consort, const fs::path& file, const fs::path& outp
   fmt::print(stderr, "{} ...\n", file.stem().string());
   const Run simulated = run(consort, file, "simulate", output), processes = run(consort, file, "lockstep", output);
   if (simulated.summary.is_discarded() || processes.summary.is_discarded()) {
-    fmt::print("{:<30} no summary: exit codes {} (simulate), {} (lockstep)\n", file.stem().string(), simulated.exit_code, processes.exit_code);
+    fmt::print("{:<30} no summary: exit codes {} (simulate), {} (lockstep)\n", file.stem().string(), simulated.exit_code,
+               processes.exit_code);
     return false;
   }
   const bool same = simulated.summary["trace_hash"] == processes.summary["trace_hash"];
@@ -64,7 +65,8 @@ bool show(const std::string& consort, const fs::path& file, const fs::path& outp
 
 int main(int argc, char** argv) {
   std::string consort, experiments;
-  CLI::App app("Runs every experiment of a folder in full, in both modes, and prints its criteria, their values (simulate, lockstep) and times.");
+  CLI::App app(
+      "Runs every experiment of a folder in full, in both modes, and prints its criteria, their values (simulate, lockstep) and times.");
   app.add_option("--consort", consort, "the consort program")->required()->check(CLI::ExistingFile);
   app.add_option("--experiments", experiments, "folder of experiments")->required()->check(CLI::ExistingDirectory);
   CLI11_PARSE(app, argc, argv);

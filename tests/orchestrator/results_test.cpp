@@ -48,6 +48,7 @@ Experiment experiment_with(std::vector<std::string> protocols, std::size_t runs,
   experiment.seed = Seed{11};
   for (auto& name : protocols) experiment.protocols.push_back({std::move(name), {}});
   experiment.initial = {{"x", PerAgent{PerAgent::Same{std::move(start)}}}};
+  experiment.topology = FixedSchedule{{{std::make_shared<const Graph>(complete(2)), 1}}, false};
   return experiment;
 }
 
@@ -198,6 +199,7 @@ TEST(Table, ShowsOneProtocolInPlainText) {
   disagreement              0
   rounds to convergence    40
   spread                    0
+  predicted value           4.5
   rounds                   40
   messages sent           100
   messages lost            10 (10.0 %)
@@ -247,7 +249,7 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
   const Job job{0, 0, Seed{11}};
   {
     Record record(scratch.path() / "record.sqlite");
-    record.begin_run(job, experiment, {{{"x", 1, 1}}, 0, 0});
+    record.begin_run(job, experiment, {{}, {{{"x", 1, 1}}, 0, 0}});
     const std::vector<double> estimates{0.1, 1.0 / 3.0};
     const std::vector<std::uint64_t> hashes(2);
     const std::vector<AgentCounters> counters(2);

@@ -9,11 +9,12 @@
 namespace consort {
 namespace {
 
-/// Long and wide experiments are shortened: every mechanism still takes part.
+/// Long and wide experiments are shortened, and every agent is a process of its own: every mechanism still takes part.
 Experiment shipped(const std::filesystem::path& file) {
   const Experiment whole = load_experiment(file);
   ScriptOverrides shorter;
   shorter.rounds = std::min<Round>(whole.rounds, whole.agents >= 50 ? 20 : 300);
+  shorter.agents_per_process = 1;
   shorter.runs = std::min<std::size_t>(whole.runs, 3);
   return load_experiment(file, shorter);
 }
