@@ -32,6 +32,7 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
   json["protocols"] = nlohmann::ordered_json::array();
   for (const auto& protocol : experiment.protocols) json["protocols"].push_back(protocol.name);
   json["topology"] = experiment.topology_text;
+  if (experiment.plant) json["plant"] = experiment.plant->model;
   json["metrics"] = experiment.metrics;
   json["criteria"] = experiment.criteria;
   json["findings"] = nlohmann::ordered_json::array();

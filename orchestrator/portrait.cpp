@@ -1,6 +1,8 @@
 #include "orchestrator/portrait.hpp"
 
 #include "agent/registry.hpp"
+#include "orchestrator/placement.hpp"
+#include "plant/registry.hpp"
 
 #include <fmt/format.h>
 
@@ -38,6 +40,15 @@ std::string link_text(const LinkModel& links) {
   return text;
 }
 
+std::string plant_text(const PlantSpec& plant) {
+  std::string text = fmt::format("{}: {}", plant.model, find_plant(plant.model).summary);
+  text +=
+      plant.sensing == PlantSpec::Sensing::own ? "; agents sense their own part" : "; agents sense their own part and their in-neighbours'";
+  if (!plant.disturbances.empty())
+    text += fmt::format("; {} disturbance{}", plant.disturbances.size(), plant.disturbances.size() == 1 ? "" : "s");
+  return text;
+}
+
 std::string event_text(const LinkEvent& event) {
   std::string text = fmt::format("round {}: {}", event.round, event.heal ? "heal" : "cut");
   constexpr std::size_t kShown = 4;
@@ -56,11 +67,12 @@ std::string stop_text(const Experiment& experiment) {
 }
 
 std::string facts(const Experiment& experiment, const TextStyle& style) {
-  const std::size_t processes = (experiment.agents + experiment.agents_per_process - 1) / experiment.agents_per_process;
+  const std::size_t processes = place(experiment).processes.size();
   std::string out;
   out += fact("mode",
               experiment.mode == Mode::simulate ? "simulate, no processes"
-                                                : fmt::format("lockstep, {} agent process{}", processes, processes == 1 ? "" : "es"),
+                                                : fmt::format("lockstep, {} agent process{}{}", processes, processes == 1 ? "" : "es",
+                                                              experiment.plant ? " and the plant's" : ""),
               style);
   out += fact("agents", fmt::format("{}", experiment.agents), style);
   for (const ProtocolChoice& choice : experiment.protocols) {
@@ -71,6 +83,12 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   }
   out += fact("topology", experiment.topology_text, style);
   out += fact("links", link_text(experiment.links), style);
+  if (experiment.plant) out += fact("plant", plant_text(*experiment.plant), style);
+  for (const auto& [agent, presence] : experiment.presence) {
+    if (presence.from > 0) out += fact("event", fmt::format("round {}: agent {} joins", presence.from, agent.value), style);
+    if (presence.until < Attendance{}.until)
+      out += fact("event", fmt::format("round {}: agent {} leaves", presence.until, agent.value), style);
+  }
   for (const LinkEvent& event : experiment.link_events) out += fact("event", event_text(event), style);
   out += fact("ends", stop_text(experiment), style);
   out += fact("seed",
