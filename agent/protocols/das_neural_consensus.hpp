@@ -71,7 +71,7 @@ struct DasNeuralConsensus {
     for (const auto& [from, sent, w_ij, heard] : inbox) e += w_ij * (heard.y - x);
     for (const Neighbour& neighbour : sense.in_neighbours) in_degree += neighbour.weight;
     const Eigen::Vector3d phi(1.0, std::sin(x), std::cos(x));
-    State next;
+    State next = s;
     // u_i = c e_i - W_i' phi(x_i)                                                                                      (4.3), (4.4)
     next.u = p.c * e - s.W.dot(phi);
     // W_i' = -F phi(x_i) e_i p (d_i + g_i) - kappa F W_i                                                               (4.5), (4.6)

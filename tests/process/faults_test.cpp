@@ -103,9 +103,7 @@ TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
 }
 
 /// The closed loop of six agents, without end.
-std::string endless_loop() {
-  return std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
-}
+std::string endless_loop() { return std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n"; }
 
 TEST(Faults, AKilledPlantEndsTheRunNamingIt) {
   Command run(endless_loop());
