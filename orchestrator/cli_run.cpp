@@ -184,7 +184,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
   app_.add_option("--interface", interface_,
                   "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
       ->type_name("NAME");
-  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated; they are waited for.")
+  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated, 0 for the plant; they are waited for.")
       ->type_name("IDS")
       ->delimiter(',');
 }
@@ -196,8 +196,9 @@ void RunVerb::check_options() const {
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
   for (const std::uint32_t id : external_) {
-    if (id < 1 || id > experiment_.agents)
-      throw ConfigError(fmt::format("--external: found agent {}; allowed: 1 to {}", id, experiment_.agents));
+    if (id == 0 && !experiment_.plant)
+      throw ConfigError("--external: found 0, the plant; allowed: agents only, the experiment has no plant");
+    if (id > experiment_.agents) throw ConfigError(fmt::format("--external: found agent {}; allowed: 1 to {}", id, experiment_.agents));
   }
 }
 
@@ -216,7 +217,12 @@ RunOptions RunVerb::options() const {
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";
   options.agent_executable = beside_this_program("consort-agent");
-  for (const std::uint32_t id : external_) options.external.push_back(AgentId{id});
+  for (const std::uint32_t id : external_) {
+    if (id == 0)
+      options.external_plant = true;
+    else
+      options.external.push_back(AgentId{id});
+  }
   options.interrupt = &g_signal;
   return options;
 }
@@ -235,9 +241,14 @@ Exit RunVerb::execute() {
              host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
   const RunOptions run_options = options();
-  if (!external_.empty())
-    scribe_->note(fmt::format("waiting for agent{} {}: consort-agent --id ID --run {} --domain {}", external_.size() == 1 ? "" : "s",
-                              fmt::join(external_, ", "), run_options.run_name, run_options.domain));
+  if (run_options.external_plant)
+    scribe_->note(fmt::format("waiting for the plant: consort-plant --run {} --domain {}", run_options.run_name, run_options.domain));
+  if (!run_options.external.empty()) {
+    std::vector<std::uint32_t> ids;
+    for (const AgentId agent : run_options.external) ids.push_back(agent.value);
+    scribe_->note(fmt::format("waiting for agent{} {}: consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
+                              fmt::join(ids, ", "), run_options.run_name, run_options.domain));
+  }
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();

@@ -63,6 +63,7 @@ struct RunOptions {
   std::filesystem::path log_directory;  ///< one log per process; must exist
   std::filesystem::path agent_executable;       ///< consort-agent; consort-plant stands beside it
   std::vector<AgentId> external;                ///< started by hand, not launched here
+  bool external_plant = false;                  ///< the same of the plant
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };
 

@@ -47,11 +47,12 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
   if (has_plant()) {
     ProcessState state;
     state.name = "plant";
+    state.external = options_.external_plant;
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
-  const bool elsewhere = !options_.external.empty() || options_.interface != "lo";
+  const bool elsewhere = !options_.external.empty() || options_.external_plant || options_.interface != "lo";
   if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
   open_hubs();
 }
@@ -68,7 +69,7 @@ void Session::open_hubs() {
   settings_.tag = options_.run_name;
   settings_.interface = options_.interface;
   settings_.writer_high_watermark = kWriterMemory;
-  if (!options_.external.empty()) settings_.lease_duration = kExternalLease;
+  if (!options_.external.empty() || options_.external_plant) settings_.lease_duration = kExternalLease;
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
                                  [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
                                  [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); }};

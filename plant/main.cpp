@@ -9,8 +9,9 @@ namespace {
 constexpr const char* kHelp =
     R"(The plant process of a Consort run: the physics between actuation and measurement. It receives its assignment over DDS, sends each
 agent's process what that agent measures, waits for everybody's control, and moves on by a round. `consort run` starts it where an
-experiment has a plant; started by hand it joins the run of that name:
+experiment has a plant; start it by hand to put it on another host or under a debugger:
 
+  consort run experiment.yaml --name demo --domain 7 --external 0      # does not start the plant, waits for it
   consort-plant --run demo --domain 7
 
 It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.

@@ -220,6 +220,20 @@ TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
   }
 }
 
+TEST(Faults, APlantStartedByHandJoins) {
+  const std::string loop = std::string(kShort) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
+  Command launched(loop);
+  ASSERT_EQ(launched.program->wait(), 0) << launched.program->err();
+  const std::string name = unique_run_name("plant-by-hand");
+  const Folder folder;
+  Command run(loop, {"--name", name, "--domain", "64", "--external", "0"});
+  ASSERT_TRUE(eventually([&] { return run.program->children().size() == 5; }));
+  Program plant(folder, "consort-plant", {"--run", name, "--domain", "64"});
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  EXPECT_EQ(plant.wait(60), 0) << plant.err();
+  EXPECT_EQ(run.summary().at("trace_hash"), launched.summary().at("trace_hash"));
+}
+
 TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
   const std::string name = unique_run_name("orphan");
   const Folder folder;
