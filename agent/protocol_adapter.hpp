@@ -16,6 +16,23 @@
 
 namespace consort {
 
+/// A vector in a message that is not copied: on its way out it stays in the measurement or the state it is taken from, on its way in
+/// it stays in what arrived. Good for the call it is given to.
+class Numbers {
+ public:
+  Numbers() = default;
+  // A message names what it sends, so these convert.
+  Numbers(std::span<const double> numbers) : numbers_(numbers) {}                                   // NOLINT(google-explicit-constructor)
+  Numbers(const Eigen::Map<const Vector>& vector) : numbers_(vector.data(), vector.data() + vector.size()) {}  // NOLINT(google-explicit-constructor)
+  [[nodiscard]] const double* data() const { return numbers_.data(); }
+  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+  /// n x 1.
+  [[nodiscard]] Eigen::Map<const Vector> vector() const { return {data(), static_cast<Eigen::Index>(size())}; }
+
+ private:
+  std::span<const double> numbers_;
+};
+
 /// A received message with its numbers in their places again.
 template <class Message>
 struct Heard {
@@ -87,16 +104,30 @@ void put(double*& to, const Eigen::MatrixBase<Derived>& value) {
   Eigen::Map<typename Derived::PlainObject>(to, value.rows(), value.cols()) = value;
   to += value.size();
 }
+inline void put(double*& to, const Numbers& value) { to = std::copy_n(value.data(), value.size(), to); }
 inline void get(const double*& from, double& value) { value = *from++; }
 template <class Derived>
 void get(const double*& from, Eigen::MatrixBase<Derived>& value) {  // `value` has its shape already
   value = Eigen::Map<const typename Derived::PlainObject>(from, value.rows(), value.cols());
   from += value.size();
 }
+inline void get(const double*& from, Numbers& value) {  // `value` has its length already
+  value = std::span(from, value.size());
+  from += value.size();
+}
 inline Field field(std::string_view name, double) { return {std::string(name), 1, 1}; }
 template <class Derived>
 Field field(std::string_view name, const Eigen::MatrixBase<Derived>& value) {
   return {std::string(name), static_cast<std::size_t>(value.rows()), static_cast<std::size_t>(value.cols())};
+}
+inline Field field(std::string_view name, const Numbers& value) { return {std::string(name), value.size(), 1}; }
+
+/// False as soon as one number is infinite or not a number.
+template <class Derived>
+bool all_finite(const Eigen::MatrixBase<Derived>& value) {
+  double residue = 0.0;
+  for (Eigen::Index i = 0; i < value.size(); ++i) residue += 0.0 * value.derived().coeff(i);
+  return residue == 0.0;
 }
 
 /// Names and shapes of a message, taken from one that has its shapes.
@@ -166,9 +197,9 @@ class ProtocolOf final : public Protocol {
     }
     // A protocol that takes its state by value moves it on instead of copying it (long windows, many gains).
     state_ = P::transition(params_, std::move(state_), sense, HeardInbox<Message>(heard_.data(), inbox.size()));
-    if (!P::estimate(state_).allFinite()) refuse(sense.k, "the estimate");
+    if (!detail::all_finite(P::estimate(state_))) refuse(sense.k, "the estimate");
     if constexpr (Steers<P>) {
-      if (!P::control(params_, state_).allFinite()) refuse(sense.k, "the control");
+      if (!detail::all_finite(P::control(params_, state_))) refuse(sense.k, "the control");
     }
   }
 

@@ -40,7 +40,8 @@ struct LocalVoting {
   };
   struct State {
     Vec x;
-    Control u;  ///< n x 1 with a plant, else empty
+    Control u;   ///< n x 1 with a plant, else empty
+    Vec before;  ///< x of the round before, without a plant
   };
   struct Message {
     Vec x;
@@ -54,33 +55,42 @@ struct LocalVoting {
     return {Sensing(setup, name)};
   }
   static State init(const Params& p, const Setup& setup) {
-    if (!p.sensing) return {setup.initial.vector("x"), Control()};
+    if (!p.sensing) {
+      const Vec x = setup.initial.vector("x");
+      return {x, Control(), x};
+    }
     const Eigen::Index n = p.sensing->output_size();
-    return {first_record(setup, n, name), Control::Zero(n)};
+    return {first_record(setup, n, name), Control::Zero(n), Vec::Zero(n)};
   }
   static Message message(const Params& p, const State& s, const Sense& sense) {
     if (!p.sensing) return {s.x};
-    return {p.sensing->own(sense)};
+    return {own(p, sense)};
   }
 
   /// State at k + 1: x (n x 1, unit of x; with a plant what was measured in round k), u (n x 1, unit of x per s).
-  static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
-    if (p.sensing) return steered(p, sense, inbox);
-    // x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                                (2.9)-(2.10)
-    State next = s;
-    for (const auto& [from, sent, w_ij, heard] : inbox) next.x += (sense.dt * w_ij) * (heard.x - s.x);
-    return next;
+  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+    if (p.sensing) {
+      s.x = own(p, sense);
+      Eigen::Map<Vec> u(s.u.data(), s.u.size());
+      u.setZero();
+      // u_i = sum_j w_ij (x_j - x_i)                                                                        (2.9)-(2.10)
+      for (const auto& [from, sent, w_ij, heard] : inbox) u += w_ij * (heard.x - s.x);
+    } else {
+      s.before = s.x;
+      // x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                              (2.9)-(2.10)
+      for (const auto& [from, sent, w_ij, heard] : inbox) s.x += (sense.dt * w_ij) * (heard.x - s.before);
+    }
+    return s;
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
   static const Control& control(const Params&, const State& s) { return s.u; }
 
  private:
-  static State steered(const Params& p, const Sense& sense, HeardInbox<Message> inbox) {
-    State next{p.sensing->own(sense), Control::Zero(p.sensing->output_size())};
-    // u_i = sum_j w_ij (x_j - x_i)                                                                          (2.9)-(2.10)
-    for (const auto& [from, sent, w_ij, heard] : inbox) next.u += w_ij * (heard.x - next.x);
-    return next;
+  /// y_i, its length known to the compiler where that of x is.
+  static Eigen::Map<const Vec> own(const Params& p, const Sense& sense) {
+    const Sensing::Output y = p.sensing->own(sense);
+    return Eigen::Map<const Vec>(y.data(), y.size());
   }
 };
 
