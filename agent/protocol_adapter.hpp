@@ -22,8 +22,9 @@ class Numbers {
  public:
   Numbers() = default;
   // A message names what it sends, so these convert.
-  Numbers(std::span<const double> numbers) : numbers_(numbers) {}                                   // NOLINT(google-explicit-constructor)
-  Numbers(const Eigen::Map<const Vector>& vector) : numbers_(vector.data(), vector.data() + vector.size()) {}  // NOLINT(google-explicit-constructor)
+  Numbers(std::span<const double> numbers) : numbers_(numbers) {}  // NOLINT(google-explicit-constructor)
+  Numbers(const Eigen::Map<const Vector>& vector)
+      : numbers_(vector.data(), vector.data() + vector.size()) {}  // NOLINT(google-explicit-constructor)
   [[nodiscard]] const double* data() const { return numbers_.data(); }
   [[nodiscard]] std::size_t size() const { return numbers_.size(); }
   /// n x 1.
@@ -78,6 +79,19 @@ concept NamesItsEstimate = requires(const typename P::State& s) {
   { P::estimate_fields(s) } -> std::same_as<std::vector<Field>>;
 };
 
+/// A state that is costly to hand on (windows, gains, vectors of any length) may be moved from round k to k + 1 where it is: transition
+/// then takes State& and returns nothing. Still a pure function: what comes out depends on what goes in alone.
+template <class P>
+concept MovesItsState = requires(const typename P::Params& p, typename P::State& s, const Sense& sense,
+                                 HeardInbox<typename P::Message> inbox) {
+  { P::transition(p, s, sense, inbox) } -> std::same_as<void>;
+};
+template <class P>
+concept ReturnsItsState = requires(const typename P::Params& p, const typename P::State& s, const Sense& sense,
+                                   HeardInbox<typename P::Message> inbox) {
+  { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
+};
+
 /// A whole algorithm: a few pure static functions and what there is to say about it.
 template <class P>
 concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typename P::State> && std::copyable<typename P::Params> &&
@@ -92,7 +106,7 @@ concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typenam
   requires MakesParamsFromDimension<P> || MakesParamsFromSetup<P>;
   { P::init(p, setup) } -> std::same_as<typename P::State>;
   { P::message(p, s, sense) } -> std::same_as<typename P::Message>;
-  { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
+  requires MovesItsState<P> || ReturnsItsState<P>;
   Vector(P::estimate(s));
 };
 
@@ -104,7 +118,7 @@ void put(double*& to, const Eigen::MatrixBase<Derived>& value) {
   Eigen::Map<typename Derived::PlainObject>(to, value.rows(), value.cols()) = value;
   to += value.size();
 }
-inline void put(double*& to, const Numbers& value) { to = std::copy_n(value.data(), value.size(), to); }
+inline void put(double*& to, const Numbers& value) { put(to, value.vector()); }
 inline void get(const double*& from, double& value) { value = *from++; }
 template <class Derived>
 void get(const double*& from, Eigen::MatrixBase<Derived>& value) {  // `value` has its shape already
@@ -195,8 +209,11 @@ class ProtocolOf final : public Protocol {
       const double* from = inbox[i].payload.data();
       std::apply([&](auto&... value) { (detail::get(from, value), ...); }, Message::fields(heard.message));
     }
-    // A protocol that takes its state by value moves it on instead of copying it (long windows, many gains).
-    state_ = P::transition(params_, std::move(state_), sense, HeardInbox<Message>(heard_.data(), inbox.size()));
+    const HeardInbox<Message> given(heard_.data(), inbox.size());
+    if constexpr (MovesItsState<P>)
+      P::transition(params_, state_, sense, given);
+    else
+      state_ = P::transition(params_, std::move(state_), sense, given);
     if (!detail::all_finite(P::estimate(state_))) refuse(sense.k, "the estimate");
     if constexpr (Steers<P>) {
       if (!detail::all_finite(P::control(params_, state_))) refuse(sense.k, "the control");
@@ -204,12 +221,16 @@ class ProtocolOf final : public Protocol {
   }
 
   void estimate(std::span<double> out) const override {
-    Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::estimate(state_);
+    double* to = out.data();
+    detail::put(to, P::estimate(state_));
   }
 
   [[nodiscard]] std::size_t control_size() const override { return control_size_; }
   void control([[maybe_unused]] std::span<double> out) const override {
-    if constexpr (Steers<P>) Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::control(params_, state_);
+    if constexpr (Steers<P>) {
+      double* to = out.data();
+      detail::put(to, P::control(params_, state_));
+    }
   }
 
  private:

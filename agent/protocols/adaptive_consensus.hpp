@@ -76,7 +76,7 @@ struct AdaptiveConsensus {
   }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     if (p.resets) begin_again_on_change(s, sense, inbox);
     const auto y = measured(sense);
     s.pull.setZero();
@@ -94,7 +94,6 @@ struct AdaptiveConsensus {
     Reference::advance(p.reference, s.reference, sense.k, s.c, laplacian_r, laplacian_q);
     // c_i' = sum_j w_ij (x_j - x_i)' Gamma (x_j - x_i) - beta (c_i - kappa_i)                                             (4.25), (4.71)
     s.c += p.decayed * (disagreement - p.beta * (s.c - s.reference.kappa));
-    return s;
   }
 
   /// c_i and kappa_i.

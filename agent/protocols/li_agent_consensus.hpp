@@ -53,7 +53,7 @@ struct LiAgentConsensus {
   static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto y = measured(sense);
     s.xi.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) s.xi += w_ij * (y - heard.y.vector());
@@ -64,7 +64,6 @@ struct LiAgentConsensus {
     s.u.noalias() = (-s.c * rho) * p.K.lazyProduct(s.xi);
     // c_i' = xi_i' Gamma xi_i                                                                                                 (4.22)
     s.c += sense.dt * p.root.lazyProduct(s.xi).squaredNorm();
-    return s;
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }

@@ -56,7 +56,7 @@ struct LiEdgeConsensus {
   static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.c.match(sense.in_neighbours);
     const auto y = measured(sense);
     s.pull.setZero();
@@ -68,7 +68,6 @@ struct LiEdgeConsensus {
     }
     // u_i = K sum_j c_ij w_ij (x_j - x_i)                                                                                     (4.18)
     s.u.noalias() = p.K.lazyProduct(s.pull);
-    return s;
   }
 
   /// Smallest, mean and largest gain of the agent's edges.

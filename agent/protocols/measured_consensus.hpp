@@ -49,12 +49,11 @@ struct MeasuredConsensus {
   static Message message(const Params& p, const State&, const Sense& sense) { return {p.sensing.own(sense)}; }
 
   /// State at k + 1: x = y_ii(k) (n x 1), u (n x 1) to hold over the round.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.x = p.sensing.own(sense);
     s.u.setZero();
     // u_i = sum_j w_ij (y_ij - y_ii)                                                                                    (30)
     for (const auto& [from, sent, w_ij, heard] : inbox) s.u += w_ij * (p.sensing.of(from, sense) - s.x);
-    return s;
   }
 
   static const Vector& estimate(const State& s) { return s.x; }

@@ -73,7 +73,7 @@ struct MinimumEnergyConsensus {
   static Message message(const Params&, const State& s, const Sense&) { return {s.x()}; }
 
   /// State at k + 1: xhat (n x 1, unit of x), Q (s), u (n x 1, unit of x per s) to hold over round k.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto& [R, G, S, B, stationary] = p.weights;
     double d = 0.0, d_heard = 0.0;
     for (const Neighbour& j : sense.in_neighbours) d += j.weight;
@@ -90,7 +90,6 @@ struct MinimumEnergyConsensus {
     // xhat_i+ = xhat_i + dt ( u_i + Q_i [ (y_ii - xhat_i) / R + sum_j w_ij (y_ij - xhat_i) / S ] )                      (15)
     x += sense.dt * (s.u + Q_i * ((p.sensing.own(sense) - x) / R + s.surprise / S));
     if (!stationary) Q_i = p.weights.gain_after(sense.dt, Q_i, d_heard);
-    return s;
   }
 
   /// xhat_i and Q_i.

@@ -67,13 +67,12 @@ struct StaticConsensus {
   static Message message(const Params& p, const State&, const Sense& sense) { return {p.sensing.own(sense)}; }
 
   /// State at k + 1: x (n x 1) as measured in round k, u (m x 1) to hold over it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.x = p.sensing.own(sense);
     s.disagreement.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) s.disagreement += w_ij * (heard.x.vector() - s.x);
     // u_i = c K sum_j w_ij (x_j - x_i)                                                                      (2.20), (2.25)
     s.u.noalias() = p.gain * s.disagreement;
-    return s;
   }
 
   static const Vector& estimate(const State& s) { return s.x; }

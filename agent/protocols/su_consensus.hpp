@@ -57,12 +57,10 @@ struct SuConsensus {
     return {positive_parameter(name, setup.initial, "c", 0.01), EdgeGains(positive_parameter(name, setup.initial, "m", 0.01)),
             Vector::Zero(p.d), Vector::Zero(2 * p.d)};
   }
-  static Message message(const Params&, const State&, const Sense& sense) {
-    return {sense.y, sense.in_neighbours.empty() ? 1.0 : 0.0};
-  }
+  static Message message(const Params&, const State&, const Sense& sense) { return {sense.y, sense.in_neighbours.empty() ? 1.0 : 0.0}; }
 
   /// State at k + 1, u_i(k) (d) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.m.match(sense.in_neighbours);
     const auto y = measured(sense);
     const double c = s.c;
@@ -82,7 +80,6 @@ struct SuConsensus {
         s.m.add(from, sense.dt * p.k_m * to_v.squaredNorm());
       }
     }
-    return s;
   }
 
   /// The gain to the leader, and the largest gain of an edge.

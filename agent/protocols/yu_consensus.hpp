@@ -55,7 +55,7 @@ struct YuConsensus {
   static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (d) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto y = measured(sense);
     s.e.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) s.e += w_ij * (y - heard.y.vector());
@@ -65,7 +65,6 @@ struct YuConsensus {
     // c_i' = xi [ alpha e_p'e_p + beta gamma e_v'e_v + (beta + alpha gamma) e_p'e_v ]                                (4.15), (4.17)
     s.c += sense.dt * p.xi *
            (p.alpha * e_p.squaredNorm() + p.beta * p.gamma * e_v.squaredNorm() + (p.beta + p.alpha * p.gamma) * e_p.dot(e_v));
-    return s;
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }
