@@ -21,10 +21,9 @@ namespace consort {
 class Numbers {
  public:
   Numbers() = default;
-  // A message names what it sends, so these convert.
-  Numbers(std::span<const double> numbers) : numbers_(numbers) {}  // NOLINT(google-explicit-constructor)
-  Numbers(const Eigen::Map<const Vector>& vector)
-      : numbers_(vector.data(), vector.data() + vector.size()) {}  // NOLINT(google-explicit-constructor)
+  // Not explicit: a message names what it sends.
+  Numbers(std::span<const double> numbers) : numbers_(numbers) {}
+  Numbers(const Eigen::Map<const Vector>& vector) : numbers_(vector.data(), static_cast<std::size_t>(vector.size())) {}
   [[nodiscard]] const double* data() const { return numbers_.data(); }
   [[nodiscard]] std::size_t size() const { return numbers_.size(); }
   /// n x 1.
@@ -253,7 +252,7 @@ class ProtocolOf final : public Protocol {
   AgentId self_;
   typename P::Params params_;
   typename P::State state_;
-  Message prototype_;  // has the shapes of every message
+  Message prototype_;  // has the shapes of every message; its Numbers have their lengths only
   Layout message_layout_, estimate_layout_;
   std::size_t control_size_ = 0;
   std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused
