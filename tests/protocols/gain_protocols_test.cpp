@@ -100,7 +100,7 @@ TEST(GainProtocols, WithAnEmptyInboxSteerNothing) {
 TEST(GainProtocols, CarryMeasurementsOfAnyLength) {
   constexpr std::size_t kNumbers = 130;
   const Values nothing;
-  const auto agent = find_protocol("yu_consensus").make(nothing, Setup{AgentId{1}, 3, 0.01, nothing, nothing, kNumbers});
+  const auto agent = find_protocol("yu_consensus").make(nothing, consort::Setup{AgentId{1}, 3, 0.01, nothing, nothing, kNumbers});
   const std::vector<double> y(kNumbers, 0.25), heard(kNumbers, 1.25);
   std::vector<double> payload(kNumbers), u(kNumbers / 2);
   const Sense sense{0, 0.01, kTwo, 1, y, AgentId{1}};
