@@ -16,6 +16,23 @@
 
 namespace consort {
 
+/// A vector in a message that is not copied: on its way out it stays in the measurement or the state it is taken from, on its way in
+/// it stays in what arrived. Good for the call it is given to.
+class Numbers {
+ public:
+  Numbers() = default;
+  // Not explicit: a message names what it sends.
+  Numbers(std::span<const double> numbers) : numbers_(numbers) {}
+  Numbers(const Eigen::Map<const Vector>& vector) : numbers_(vector.data(), static_cast<std::size_t>(vector.size())) {}
+  [[nodiscard]] const double* data() const { return numbers_.data(); }
+  [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+  /// n x 1.
+  [[nodiscard]] Eigen::Map<const Vector> vector() const { return {data(), static_cast<Eigen::Index>(size())}; }
+
+ private:
+  std::span<const double> numbers_;
+};
+
 /// A received message with its numbers in their places again.
 template <class Message>
 struct Heard {
@@ -61,6 +78,19 @@ concept NamesItsEstimate = requires(const typename P::State& s) {
   { P::estimate_fields(s) } -> std::same_as<std::vector<Field>>;
 };
 
+/// A state that is costly to hand on (windows, gains, vectors of any length) may be moved from round k to k + 1 where it is: transition
+/// then takes State& and returns nothing. Still a pure function: what comes out depends on what goes in alone.
+template <class P>
+concept MovesItsState = requires(const typename P::Params& p, typename P::State& s, const Sense& sense,
+                                 HeardInbox<typename P::Message> inbox) {
+  { P::transition(p, s, sense, inbox) } -> std::same_as<void>;
+};
+template <class P>
+concept ReturnsItsState = requires(const typename P::Params& p, const typename P::State& s, const Sense& sense,
+                                   HeardInbox<typename P::Message> inbox) {
+  { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
+};
+
 /// A whole algorithm: a few pure static functions and what there is to say about it.
 template <class P>
 concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typename P::State> && std::copyable<typename P::Params> &&
@@ -75,7 +105,7 @@ concept ProtocolSpec = MessageSpec<typename P::Message> && std::copyable<typenam
   requires MakesParamsFromDimension<P> || MakesParamsFromSetup<P>;
   { P::init(p, setup) } -> std::same_as<typename P::State>;
   { P::message(p, s, sense) } -> std::same_as<typename P::Message>;
-  { P::transition(p, s, sense, inbox) } -> std::same_as<typename P::State>;
+  requires MovesItsState<P> || ReturnsItsState<P>;
   Vector(P::estimate(s));
 };
 
@@ -87,16 +117,30 @@ void put(double*& to, const Eigen::MatrixBase<Derived>& value) {
   Eigen::Map<typename Derived::PlainObject>(to, value.rows(), value.cols()) = value;
   to += value.size();
 }
+inline void put(double*& to, const Numbers& value) { put(to, value.vector()); }
 inline void get(const double*& from, double& value) { value = *from++; }
 template <class Derived>
 void get(const double*& from, Eigen::MatrixBase<Derived>& value) {  // `value` has its shape already
   value = Eigen::Map<const typename Derived::PlainObject>(from, value.rows(), value.cols());
   from += value.size();
 }
+inline void get(const double*& from, Numbers& value) {  // `value` has its length already
+  value = std::span(from, value.size());
+  from += value.size();
+}
 inline Field field(std::string_view name, double) { return {std::string(name), 1, 1}; }
 template <class Derived>
 Field field(std::string_view name, const Eigen::MatrixBase<Derived>& value) {
   return {std::string(name), static_cast<std::size_t>(value.rows()), static_cast<std::size_t>(value.cols())};
+}
+inline Field field(std::string_view name, const Numbers& value) { return {std::string(name), value.size(), 1}; }
+
+/// False as soon as one number is infinite or not a number.
+template <class Derived>
+bool all_finite(const Eigen::MatrixBase<Derived>& value) {
+  double residue = 0.0;
+  for (Eigen::Index i = 0; i < value.size(); ++i) residue += 0.0 * value.derived().coeff(i);
+  return residue == 0.0;
 }
 
 /// Names and shapes of a message, taken from one that has its shapes.
@@ -164,21 +208,28 @@ class ProtocolOf final : public Protocol {
       const double* from = inbox[i].payload.data();
       std::apply([&](auto&... value) { (detail::get(from, value), ...); }, Message::fields(heard.message));
     }
-    // A protocol that takes its state by value moves it on instead of copying it (long windows, many gains).
-    state_ = P::transition(params_, std::move(state_), sense, HeardInbox<Message>(heard_.data(), inbox.size()));
-    if (!P::estimate(state_).allFinite()) refuse(sense.k, "the estimate");
+    const HeardInbox<Message> given(heard_.data(), inbox.size());
+    if constexpr (MovesItsState<P>)
+      P::transition(params_, state_, sense, given);
+    else
+      state_ = P::transition(params_, std::move(state_), sense, given);
+    if (!detail::all_finite(P::estimate(state_))) refuse(sense.k, "the estimate");
     if constexpr (Steers<P>) {
-      if (!P::control(params_, state_).allFinite()) refuse(sense.k, "the control");
+      if (!detail::all_finite(P::control(params_, state_))) refuse(sense.k, "the control");
     }
   }
 
   void estimate(std::span<double> out) const override {
-    Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::estimate(state_);
+    double* to = out.data();
+    detail::put(to, P::estimate(state_));
   }
 
   [[nodiscard]] std::size_t control_size() const override { return control_size_; }
   void control([[maybe_unused]] std::span<double> out) const override {
-    if constexpr (Steers<P>) Eigen::Map<Vector>(out.data(), static_cast<Eigen::Index>(out.size())) = P::control(params_, state_);
+    if constexpr (Steers<P>) {
+      double* to = out.data();
+      detail::put(to, P::control(params_, state_));
+    }
   }
 
  private:
@@ -201,7 +252,7 @@ class ProtocolOf final : public Protocol {
   AgentId self_;
   typename P::Params params_;
   typename P::State state_;
-  Message prototype_;  // has the shapes of every message
+  Message prototype_;  // has the shapes of every message; its Numbers have their lengths only
   Layout message_layout_, estimate_layout_;
   std::size_t control_size_ = 0;
   std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused

@@ -13,16 +13,6 @@
 
 namespace consort {
 
-/// A measurement in a message. Its place is in the message itself, so that sending one costs no allocation.
-inline constexpr int kLargestMeasurement = 64;
-using Measured = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kLargestMeasurement, 1>;
-
-inline void require_measurement_fits(std::string_view who, const Setup& setup) {
-  if (setup.measurement_size > kLargestMeasurement)
-    throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + " measures " +
-                      std::to_string(setup.measurement_size) + " numbers; allowed: up to " + std::to_string(kLargestMeasurement));
-}
-
 /// y_i as a vector (n).
 inline Eigen::Map<const Vector> measured(const Sense& sense) { return {sense.y.data(), static_cast<Eigen::Index>(sense.y.size())}; }
 
@@ -46,7 +36,6 @@ inline double positive_parameter(std::string_view who, const Values& given, std:
 
 /// Coordinates of a position, where y_i = (positions, velocities). Throws ConfigError on a measurement that has no two halves.
 inline Eigen::Index positions_measured(std::string_view who, const Setup& setup) {
-  require_measurement_fits(who, setup);
   if (setup.measurement_size % 2 != 0 || setup.measurement_size == 0)
     throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + " measures " +
                       std::to_string(setup.measurement_size) + " numbers; allowed: positions and as many velocities (integrator, order 2)");
@@ -70,7 +59,6 @@ struct ConsensusGains {
 /// measure its whole state and nothing else, or if (A, B) is not stabilisable (naming the eigenvalue).
 inline ConsensusGains consensus_gains(std::string_view who, const Values& values, const Setup& setup) {
   const std::string place = "protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value);
-  require_measurement_fits(who, setup);
   const Matrix *A = setup.model.find("A"), *B = setup.model.find("B"), *C = setup.model.find("C");
   if (A == nullptr || B == nullptr)
     throw ConfigError(place + ": it needs to know its dynamics A and B; found: a plant that does not tell; allowed: integrator, linear");

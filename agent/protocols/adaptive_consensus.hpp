@@ -52,7 +52,7 @@ struct AdaptiveConsensus {
     std::vector<Neighbour> heard_from;
   };
   struct Message {
-    Measured y;
+    Numbers y;
     double changed = 0, r = 0, q = 0;
     static constexpr std::array<std::string_view, 4> field_names{"y", "changed", "r", "q"};
     static constexpr std::string_view noisy_field = "y";
@@ -72,17 +72,17 @@ struct AdaptiveConsensus {
   }
   /// y (n), the round after the newest change known (0: none), r and q.
   static Message message(const Params&, const State& s, const Sense& sense) {
-    return {measured(sense), static_cast<double>(newest_change(s, sense)), s.reference.r, s.reference.q};
+    return {sense.y, static_cast<double>(newest_change(s, sense)), s.reference.r, s.reference.q};
   }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     if (p.resets) begin_again_on_change(s, sense, inbox);
     const auto y = measured(sense);
     s.pull.setZero();
     double disagreement = 0.0, laplacian_r = 0.0, laplacian_q = 0.0;
     for (const auto& [from, sent, w_ij, heard] : inbox) {
-      s.difference = heard.y - y;
+      s.difference = heard.y.vector() - y;
       s.pull += w_ij * s.difference;
       // (x_j - x_i)' Gamma (x_j - x_i) = |root (x_j - x_i)|^2
       disagreement += w_ij * (p.root.lazyProduct(s.difference)).squaredNorm();
@@ -94,7 +94,6 @@ struct AdaptiveConsensus {
     Reference::advance(p.reference, s.reference, sense.k, s.c, laplacian_r, laplacian_q);
     // c_i' = sum_j w_ij (x_j - x_i)' Gamma (x_j - x_i) - beta (c_i - kappa_i)                                             (4.25), (4.71)
     s.c += p.decayed * (disagreement - p.beta * (s.c - s.reference.kappa));
-    return s;
   }
 
   /// c_i and kappa_i.

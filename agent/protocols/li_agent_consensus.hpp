@@ -37,7 +37,7 @@ struct LiAgentConsensus {
     Vector u, xi;
   };
   struct Message {
-    Measured y;
+    Numbers y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -50,13 +50,13 @@ struct LiAgentConsensus {
   static State init(const Params& p, const Setup& setup) {
     return {positive_parameter(name, setup.initial, "c", 1.0), Vector::Zero(p.K.rows()), Vector::Zero(p.K.cols())};
   }
-  static Message message(const Params&, const State&, const Sense& sense) { return {measured(sense)}; }
+  static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto y = measured(sense);
     s.xi.setZero();
-    for (const auto& [from, sent, w_ij, heard] : inbox) s.xi += w_ij * (y - heard.y);
+    for (const auto& [from, sent, w_ij, heard] : inbox) s.xi += w_ij * (y - heard.y.vector());
     // rho_i = (1 + xi_i' P xi_i)^3
     const double root_of_rho = 1.0 + s.xi.dot(p.P.lazyProduct(s.xi));
     const double rho = root_of_rho * root_of_rho * root_of_rho;
@@ -64,7 +64,6 @@ struct LiAgentConsensus {
     s.u.noalias() = (-s.c * rho) * p.K.lazyProduct(s.xi);
     // c_i' = xi_i' Gamma xi_i                                                                                                 (4.22)
     s.c += sense.dt * p.root.lazyProduct(s.xi).squaredNorm();
-    return s;
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }

@@ -39,7 +39,7 @@ struct LiEdgeConsensus {
     Vector u, pull, difference;  // pull = sum_j c_ij w_ij (x_j - x_i)
   };
   struct Message {
-    Measured y;
+    Numbers y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -53,22 +53,21 @@ struct LiEdgeConsensus {
     return {EdgeGains(positive_parameter(name, setup.initial, "c", 0.01)), Vector::Zero(p.K.rows()), Vector::Zero(p.K.cols()),
             Vector::Zero(p.K.cols())};
   }
-  static Message message(const Params&, const State&, const Sense& sense) { return {measured(sense)}; }
+  static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (m) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.c.match(sense.in_neighbours);
     const auto y = measured(sense);
     s.pull.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) {
-      s.difference = heard.y - y;
+      s.difference = heard.y.vector() - y;
       s.pull += (s.c.of(from) * w_ij) * s.difference;
       // c_ij' = k w_ij (x_j - x_i)' Gamma (x_j - x_i)                                                                         (4.19)
       s.c.add(from, sense.dt * p.rate * w_ij * p.root.lazyProduct(s.difference).squaredNorm());
     }
     // u_i = K sum_j c_ij w_ij (x_j - x_i)                                                                                     (4.18)
     s.u.noalias() = p.K.lazyProduct(s.pull);
-    return s;
   }
 
   /// Smallest, mean and largest gain of the agent's edges.

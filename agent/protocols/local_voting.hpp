@@ -34,13 +34,12 @@ struct LocalVoting {
       "x", "vector n", "", "initial value x_i(0); with a plant: what stands in the record before the first measurement (default 0)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
-  using Control = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, N, 1>;  // of length 0 or n, and not on the heap
   struct Params {
     std::optional<Sensing> sensing;  ///< with a plant
   };
   struct State {
-    Vec x;
-    Control u;  ///< n x 1 with a plant, else empty
+    Vec x, u;
+    Vec before;  ///< x of the round before, without a plant
   };
   struct Message {
     Vec x;
@@ -54,33 +53,37 @@ struct LocalVoting {
     return {Sensing(setup, name)};
   }
   static State init(const Params& p, const Setup& setup) {
-    if (!p.sensing) return {setup.initial.vector("x"), Control()};
-    const Eigen::Index n = p.sensing->output_size();
-    return {first_record(setup, n, name), Control::Zero(n)};
+    const Vec x = p.sensing ? first_record(setup, p.sensing->output_size(), name) : setup.initial.vector("x");
+    return {x, Vec::Zero(x.size()), x};
   }
   static Message message(const Params& p, const State& s, const Sense& sense) {
     if (!p.sensing) return {s.x};
-    return {p.sensing->own(sense)};
+    return {own(p, sense)};
   }
 
   /// State at k + 1: x (n x 1, unit of x; with a plant what was measured in round k), u (n x 1, unit of x per s).
-  static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
-    if (p.sensing) return steered(p, sense, inbox);
-    // x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                                (2.9)-(2.10)
-    State next = s;
-    for (const auto& [from, sent, w_ij, heard] : inbox) next.x += (sense.dt * w_ij) * (heard.x - s.x);
-    return next;
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    if (p.sensing) {
+      s.x = own(p, sense);
+      s.u.setZero();
+      // u_i = sum_j w_ij (x_j - x_i)                                                                        (2.9)-(2.10)
+      for (const auto& [from, sent, w_ij, heard] : inbox) s.u += w_ij * (heard.x - s.x);
+    } else {
+      s.before = s.x;
+      // x_i+ = x_i + dt sum_j w_ij (x_j - x_i)                                                              (2.9)-(2.10)
+      for (const auto& [from, sent, w_ij, heard] : inbox) s.x += (sense.dt * w_ij) * (heard.x - s.before);
+    }
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
-  static const Control& control(const Params&, const State& s) { return s.u; }
+  /// u_i with a plant, nothing without.
+  static Eigen::Map<const Vector> control(const Params& p, const State& s) { return {s.u.data(), p.sensing ? s.u.size() : 0}; }
 
  private:
-  static State steered(const Params& p, const Sense& sense, HeardInbox<Message> inbox) {
-    State next{p.sensing->own(sense), Control::Zero(p.sensing->output_size())};
-    // u_i = sum_j w_ij (x_j - x_i)                                                                          (2.9)-(2.10)
-    for (const auto& [from, sent, w_ij, heard] : inbox) next.u += w_ij * (heard.x - next.x);
-    return next;
+  /// y_i, its length known to the compiler where that of x is.
+  static Eigen::Map<const Vec> own(const Params& p, const Sense& sense) {
+    const Sensing::Output y = p.sensing->own(sense);
+    return Eigen::Map<const Vec>(y.data(), y.size());
   }
 };
 

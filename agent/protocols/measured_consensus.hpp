@@ -35,7 +35,7 @@ struct MeasuredConsensus {
     Vector x, u;
   };
   struct Message {
-    Vector x;
+    Numbers x;
     static constexpr std::array<std::string_view, 1> field_names{"x"};
     static constexpr std::string_view noisy_field = "x";
     static auto fields(auto& m) { return std::tie(m.x); }
@@ -49,11 +49,11 @@ struct MeasuredConsensus {
   static Message message(const Params& p, const State&, const Sense& sense) { return {p.sensing.own(sense)}; }
 
   /// State at k + 1: x = y_ii(k) (n x 1), u (n x 1) to hold over the round.
-  static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
-    State next{p.sensing.own(sense), Vector::Zero(s.x.size())};
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    s.x = p.sensing.own(sense);
+    s.u.setZero();
     // u_i = sum_j w_ij (y_ij - y_ii)                                                                                    (30)
-    for (const auto& [from, sent, w_ij, heard] : inbox) next.u += w_ij * (p.sensing.of(from, sense) - next.x);
-    return next;
+    for (const auto& [from, sent, w_ij, heard] : inbox) s.u += w_ij * (p.sensing.of(from, sense) - s.x);
   }
 
   static const Vector& estimate(const State& s) { return s.x; }

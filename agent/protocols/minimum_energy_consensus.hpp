@@ -45,12 +45,12 @@ struct MinimumEnergyConsensus {
     Sensing sensing;
   };
   struct State {
-    Vector x;        ///< xhat_i
-    double Q = 1.0;  ///< Q_i
-    Vector u;
+    Vector xhat_Q;  ///< xhat_i (n) and, below it, Q_i
+    Vector u, surprise;
+    [[nodiscard]] Eigen::Map<const Vector> x() const { return {xhat_Q.data(), u.size()}; }
   };
   struct Message {
-    Vector x;
+    Numbers x;
     static constexpr std::array<std::string_view, 1> field_names{"x"};
     static constexpr std::string_view noisy_field = "x";
     static auto fields(auto& m) { return std::tie(m.x); }
@@ -66,35 +66,35 @@ struct MinimumEnergyConsensus {
     if (!(Q > 0.0))
       throw ConfigError("protocol minimum_energy_consensus: agent " + std::to_string(setup.self.value) + ": initial Q is " +
                         std::to_string(Q) + "; allowed: above 0");
-    return {x, Q, Vector::Zero(x.size())};
+    Vector xhat_Q(x.size() + 1);
+    xhat_Q << x, Q;
+    return {xhat_Q, Vector::Zero(x.size()), Vector::Zero(x.size())};
   }
-  static Message message(const Params&, const State& s, const Sense&) { return {s.x}; }
+  static Message message(const Params&, const State& s, const Sense&) { return {s.x()}; }
 
   /// State at k + 1: xhat (n x 1, unit of x), Q (s), u (n x 1, unit of x per s) to hold over round k.
-  static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto& [R, G, S, B, stationary] = p.weights;
     double d = 0.0, d_heard = 0.0;
     for (const Neighbour& j : sense.in_neighbours) d += j.weight;
-    Vector surprise = Vector::Zero(s.x.size());  // sum_j w_ij (y_ij - xhat_i)
+    auto x = s.xhat_Q.head(s.u.size());
+    double& Q_i = s.xhat_Q[s.u.size()];
+    s.surprise.setZero();  // sum_j w_ij (y_ij - xhat_i)
     for (const auto& [from, sent, w_ij, heard] : inbox) {
-      surprise += w_ij * (p.sensing.of(from, sense) - s.x);
+      s.surprise += w_ij * (p.sensing.of(from, sense) - x);
       d_heard += w_ij;
     }
-    const double Q = stationary ? p.weights.stationary_gain(d) : s.Q;
+    if (stationary) Q_i = p.weights.stationary_gain(d);
     // u_i = sum_j w_ij (xhat_ij - xhat_i) = (G / S) sum_j w_ij (y_ij - xhat_i)                                      (7), (16)
+    s.u = (G / S) * s.surprise;
     // xhat_i+ = xhat_i + dt ( u_i + Q_i [ (y_ii - xhat_i) / R + sum_j w_ij (y_ij - xhat_i) / S ] )                      (15)
-    State next{s.x, Q, (G / S) * surprise};
-    next.x += sense.dt * (next.u + Q * ((p.sensing.own(sense) - s.x) / R + surprise / S));
-    if (!stationary) next.Q = p.weights.gain_after(sense.dt, Q, d_heard);
-    return next;
+    x += sense.dt * (s.u + Q_i * ((p.sensing.own(sense) - x) / R + s.surprise / S));
+    if (!stationary) Q_i = p.weights.gain_after(sense.dt, Q_i, d_heard);
   }
 
-  static Vector estimate(const State& s) {
-    Vector all(s.x.size() + 1);
-    all << s.x, s.Q;
-    return all;
-  }
-  static std::vector<Field> estimate_fields(const State& s) { return {{"x", static_cast<std::size_t>(s.x.size()), 1}, {"Q", 1, 1}}; }
+  /// xhat_i and Q_i.
+  static const Vector& estimate(const State& s) { return s.xhat_Q; }
+  static std::vector<Field> estimate_fields(const State& s) { return {{"x", static_cast<std::size_t>(s.u.size()), 1}, {"Q", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };
 

@@ -39,10 +39,10 @@ struct StaticConsensus {
     Sensing sensing;
   };
   struct State {
-    Vector x, u;
+    Vector x, u, disagreement;  // disagreement = sum_j w_ij (x_j - x_i)
   };
   struct Message {
-    Vector x;
+    Numbers x;
     static constexpr std::array<std::string_view, 1> field_names{"x"};
     static constexpr std::string_view noisy_field = "x";
     static auto fields(auto& m) { return std::tie(m.x); }
@@ -61,16 +61,18 @@ struct StaticConsensus {
     const Matrix Q = values.covariance("Q", A->rows(), 1.0), R = values.covariance("R", B->cols(), 1.0, true);
     return {c * lqr_gain(*A, *B, Q, R), Sensing(setup, name)};
   }
-  static State init(const Params& p, const Setup& setup) { return {first_record(setup, p.gain.cols(), name), Vector::Zero(p.gain.rows())}; }
+  static State init(const Params& p, const Setup& setup) {
+    return {first_record(setup, p.gain.cols(), name), Vector::Zero(p.gain.rows()), Vector::Zero(p.gain.cols())};
+  }
   static Message message(const Params& p, const State&, const Sense& sense) { return {p.sensing.own(sense)}; }
 
   /// State at k + 1: x (n x 1) as measured in round k, u (m x 1) to hold over it.
-  static State transition(const Params& p, const State&, const Sense& sense, HeardInbox<Message> inbox) {
-    const Sensing::Output x = p.sensing.own(sense);
-    Vector disagreement = Vector::Zero(x.size());
-    for (const auto& [from, sent, w_ij, heard] : inbox) disagreement += w_ij * (heard.x - x);
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    s.x = p.sensing.own(sense);
+    s.disagreement.setZero();
+    for (const auto& [from, sent, w_ij, heard] : inbox) s.disagreement += w_ij * (heard.x.vector() - s.x);
     // u_i = c K sum_j w_ij (x_j - x_i)                                                                      (2.20), (2.25)
-    return {x, p.gain * disagreement};
+    s.u.noalias() = p.gain * s.disagreement;
   }
 
   static const Vector& estimate(const State& s) { return s.x; }

@@ -42,7 +42,7 @@ struct SuConsensus {
     Vector u, difference;
   };
   struct Message {
-    Measured y;
+    Numbers y;
     double leads = 0;  // 1: it hears nobody
     static constexpr std::array<std::string_view, 2> field_names{"y", "leads"};
     static constexpr std::string_view noisy_field = "y";
@@ -57,18 +57,16 @@ struct SuConsensus {
     return {positive_parameter(name, setup.initial, "c", 0.01), EdgeGains(positive_parameter(name, setup.initial, "m", 0.01)),
             Vector::Zero(p.d), Vector::Zero(2 * p.d)};
   }
-  static Message message(const Params&, const State&, const Sense& sense) {
-    return {measured(sense), sense.in_neighbours.empty() ? 1.0 : 0.0};
-  }
+  static Message message(const Params&, const State&, const Sense& sense) { return {sense.y, sense.in_neighbours.empty() ? 1.0 : 0.0}; }
 
   /// State at k + 1, u_i(k) (d) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.m.match(sense.in_neighbours);
     const auto y = measured(sense);
     const double c = s.c;
     s.u.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) {
-      s.difference = y - heard.y;
+      s.difference = y - heard.y.vector();
       const auto to_p = s.difference.head(p.d), to_v = s.difference.tail(p.d);
       if (heard.leads != 0.0) {
         // - g_i c_s (p_i - p_0) - g_i c_i (v_i - v_0)                                                                 last of (4.9)
@@ -82,7 +80,6 @@ struct SuConsensus {
         s.m.add(from, sense.dt * p.k_m * to_v.squaredNorm());
       }
     }
-    return s;
   }
 
   /// The gain to the leader, and the largest gain of an edge.

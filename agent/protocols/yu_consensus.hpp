@@ -39,7 +39,7 @@ struct YuConsensus {
     Vector u, e;  // e = (e_p, e_v)
   };
   struct Message {
-    Measured y;
+    Numbers y;
     static constexpr std::array<std::string_view, 1> field_names{"y"};
     static constexpr std::string_view noisy_field = "y";
     static auto fields(auto& m) { return std::tie(m.y); }
@@ -52,20 +52,19 @@ struct YuConsensus {
   static State init(const Params& p, const Setup& setup) {
     return {positive_parameter(name, setup.initial, "c", 0.1), Vector::Zero(p.d), Vector::Zero(2 * p.d)};
   }
-  static Message message(const Params&, const State&, const Sense& sense) { return {measured(sense)}; }
+  static Message message(const Params&, const State&, const Sense& sense) { return {sense.y}; }
 
   /// State at k + 1, u_i(k) (d) with it.
-  static State transition(const Params& p, State s, const Sense& sense, HeardInbox<Message> inbox) {
+  static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const auto y = measured(sense);
     s.e.setZero();
-    for (const auto& [from, sent, w_ij, heard] : inbox) s.e += w_ij * (y - heard.y);
+    for (const auto& [from, sent, w_ij, heard] : inbox) s.e += w_ij * (y - heard.y.vector());
     const auto e_p = s.e.head(p.d), e_v = s.e.tail(p.d);
     // u_i = -alpha c_i e_p - beta c_i e_v                                                                            (4.14), (4.16)
     s.u = -s.c * (p.alpha * e_p + p.beta * e_v);
     // c_i' = xi [ alpha e_p'e_p + beta gamma e_v'e_v + (beta + alpha gamma) e_p'e_v ]                                (4.15), (4.17)
     s.c += sense.dt * p.xi *
            (p.alpha * e_p.squaredNorm() + p.beta * p.gamma * e_v.squaredNorm() + (p.beta + p.alpha * p.gamma) * e_p.dot(e_v));
-    return s;
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }

@@ -41,7 +41,8 @@ const std::vector<std::string> kNames{"ring_10",
                                       "startup_ring_100",
                                       "startup_ring_1000",
                                       "memory_ring_100",
-                                      "simulate"};
+                                      "simulate",
+                                      "protocols"};
 
 /// Lockstep rounds of one shape and size, with the raw twin's options.
 struct Exchange {
@@ -107,6 +108,7 @@ class Bench {
       if (wanted(fmt::format("startup_ring_{}", agents))) measure_startup(agents, limit);
     if (wanted("memory_ring_100")) measure_memory();
     if (wanted("simulate")) measure_simulation();
+    if (wanted("protocols")) measure_protocols();
   }
   const std::vector<Figure>& figures() const { return figures_; }
 
@@ -268,27 +270,43 @@ class Bench {
     figures_.push_back({exchange.name, largest, "MB", bare, {Aim::Of::value_at_most, 3.0}});
   }
 
-  /// simulate() against a bare loop with the same arithmetic: pairs of benchmarks Simulate/<case> and Bare/<case>.
+  /// simulate() against a bare loop with the same arithmetic.
   void measure_simulation() {
-    say("simulate: against a bare loop");
     const std::map<std::string, Aim> aims{{"kalman_pairs_10", {Aim::Of::ratio_at_least, 0.15}},
                                           {"kalman_complete_100", {Aim::Of::ratio_at_least, 0.05}}};
-    const Outcome outcome = run_command({(options_.programs / "simulate_bench").string(), "--benchmark_format=json"}, 300.0);
+    measure_pairs("simulate", "simulate_bench", "Simulate/", [&](const std::string& example) {
+      const auto aim = aims.find(example);
+      return aim != aims.end() ? aim->second : Aim{};
+    });
+  }
+
+  /// One agent's round, per protocol, against a bare loop with the same arithmetic.
+  void measure_protocols() {
+    measure_pairs("protocols", "protocol_bench", "Protocol/", [](const std::string&) { return Aim{Aim::Of::ratio_at_least, 0.5}; });
+  }
+
+  /// A program of benchmarks that come in pairs, `ours`<case> and Bare/<case>: a figure per pair, the median of the turns.
+  void measure_pairs(const std::string& name, const char* program, const std::string& ours,
+                     const std::function<Aim(const std::string&)>& aim) {
+    say(fmt::format("{}: against bare loops", name));
+    const Outcome outcome =
+        run_command({(options_.programs / program).string(), "--benchmark_format=json",
+                     fmt::format("--benchmark_repetitions={}", options_.turns()), "--benchmark_enable_random_interleaving=true"},
+                    300.0);
     if (outcome.exit_code != 0) {
-      figures_.push_back({"simulate", std::nullopt, "rounds/s", std::nullopt, {}});
+      figures_.push_back({name, std::nullopt, "rounds/s", std::nullopt, {}});
       return;
     }
     std::map<std::string, std::vector<double>> rates;
     const json report = json::parse(outcome.output);
     for (const json& benchmark : report.at("benchmarks"))
-      if (benchmark.contains("rounds_per_second")) rates[benchmark.at("name")].push_back(benchmark.at("rounds_per_second"));
-    for (const auto& [name, rate] : rates) {
-      if (!name.starts_with("Simulate/")) continue;
-      const std::string example = name.substr(9);
+      if (benchmark.at("run_type") == "iteration") rates[benchmark.at("run_name")].push_back(benchmark.at("rounds_per_second"));
+    for (const auto& [of_pair, rate] : rates) {
+      if (!of_pair.starts_with(ours)) continue;
+      const std::string example = of_pair.substr(ours.size());
       const auto bare = rates.find("Bare/" + example);
-      const auto aim = aims.find(example);
-      figures_.push_back({"simulate_" + example, median(rate), "rounds/s", bare != rates.end() ? median(bare->second) : std::nullopt,
-                          aim != aims.end() ? aim->second : Aim{}});
+      figures_.push_back(
+          {name + "_" + example, median(rate), "rounds/s", bare != rates.end() ? median(bare->second) : std::nullopt, aim(example)});
     }
   }
 
@@ -300,7 +318,7 @@ class Bench {
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("--consort", options.consort, "the consort executable")->check(CLI::ExistingFile)->required();
-  app.add_option("--programs", options.programs, "folder of raw_dds, raw_udp, simulate_bench; default: that of this program");
+  app.add_option("--programs", options.programs, "folder of raw_dds, raw_udp and the other benches; default: that of this program");
   app.add_option("--experiments", options.experiments, "folder of complete_100.yaml")->check(CLI::ExistingDirectory)->required();
   app.add_option("--output", options.output, "where the figures go as JSON")->capture_default_str();
   app.add_option("--only", options.only, "only this figure; may be repeated")->check(CLI::IsMember(kNames));
