@@ -141,7 +141,8 @@ void agreement_deviation_bound(const Experiment& experiment, Seed seed, const Pr
   const auto network = network_of(experiment, seed, choice);
   const auto bounds = network ? disturbances_of(experiment, seed) : std::nullopt;
   if (!bounds) return;
-  const auto [a, b] = decay_of(network->theory);
+  const auto [decay, overshoot] = decay_of(network->theory);
+  const double a = decay, b = overshoot;  // a lambda does not capture what is bound
   const double start = network->theory.deviation(state_and_error(trace, 0, 0)).norm();
   const double push = disturbance_bound(network->theory, network->weights, bounds->measurement, bounds->state);
   // b |deviation(0)| e^(-a t) + (b phi_max / a) (1 - e^(-a t)): monotone, so it is largest at one end of the interval        (28)
