@@ -3,14 +3,26 @@
 #include "core/errors.hpp"
 #include "core/shapes.hpp"
 
+#include <dlfcn.h>
 #include <lapacke.h>
 
 #include <algorithm>
 #include <limits>
+#include <string>
 
 namespace consort {
 
 namespace {
+
+/// A function of LAPACKE. The library is loaded when the first of them is needed: most agents never need one, and loading it at their start
+/// would cost each of a thousand 5 ms and 3 MB.
+template <class Function>
+Function* lapacke(const char* name) {
+  static void* const library = dlopen("liblapacke.so.3", RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = library == nullptr ? nullptr : dlsym(library, name);
+  if (symbol == nullptr) throw RunError(std::string(name) + ": " + dlerror() + "; is the package liblapacke installed?");
+  return reinterpret_cast<Function*>(symbol);
+}
 
 lapack_logical is_stable(const double* real, const double* /*imaginary*/) { return *real < 0.0 ? 1 : 0; }
 
@@ -21,8 +33,9 @@ RealSchur schur(const Matrix& A, bool stable_first) {
   if (n == 0) return form;
   Vector real(n), imaginary(n);
   lapack_int stable = 0;
-  const lapack_int info = LAPACKE_dgees(LAPACK_COL_MAJOR, 'V', stable_first ? 'S' : 'N', stable_first ? is_stable : nullptr, n,
-                                        form.T.data(), n, &stable, real.data(), imaginary.data(), form.U.data(), n);
+  static auto* const dgees = lapacke<decltype(LAPACKE_dgees)>("LAPACKE_dgees");
+  const lapack_int info = dgees(LAPACK_COL_MAJOR, 'V', stable_first ? 'S' : 'N', stable_first ? is_stable : nullptr, n, form.T.data(), n,
+                                &stable, real.data(), imaginary.data(), form.U.data(), n);
   // n + 2 only says that an eigenvalue crossed the imaginary axis while it was moved.
   if (info != 0 && info != n + 2)
     throw RunError("Schur form of a " + shape_of(A) +
@@ -45,7 +58,8 @@ Vector balancing(const Matrix& A) {
   Matrix balanced = A;
   Vector scale(n);
   lapack_int first = 0, last = 0;
-  const lapack_int info = LAPACKE_dgebal(LAPACK_COL_MAJOR, 'S', n, balanced.data(), n, &first, &last, scale.data());
+  static auto* const dgebal = lapacke<decltype(LAPACKE_dgebal)>("LAPACKE_dgebal");
+  const lapack_int info = dgebal(LAPACK_COL_MAJOR, 'S', n, balanced.data(), n, &first, &last, scale.data());
   if (info != 0) throw RunError("balancing of a " + shape_of(A) + " matrix: dgebal returned " + std::to_string(info));
   return scale;
 }
@@ -55,7 +69,8 @@ Matrix solve_quasi_triangular(const Matrix& T, Matrix F) {
   const auto n = static_cast<lapack_int>(T.rows());
   double scale = 1.0;
   // Returns 1 after having moved eigenvalues apart that sum to zero; the caller has excluded that.
-  const lapack_int info = LAPACKE_dtrsyl(LAPACK_COL_MAJOR, 'N', 'T', 1, n, n, T.data(), n, T.data(), n, F.data(), n, &scale);
+  static auto* const dtrsyl = lapacke<decltype(LAPACKE_dtrsyl)>("LAPACKE_dtrsyl");
+  const lapack_int info = dtrsyl(LAPACK_COL_MAJOR, 'N', 'T', 1, n, n, T.data(), n, T.data(), n, F.data(), n, &scale);
   if (info < 0) throw RunError("Sylvester equation with a " + shape_of(T) + " matrix: dtrsyl returned " + std::to_string(info));
   return F / scale;
 }
