@@ -10,7 +10,6 @@
 namespace consort {
 namespace {
 
-constexpr std::uint32_t kGreeting = 0;  // epoch of a greeting; those of runs count from 1
 constexpr std::chrono::milliseconds kGreetAgain{500};
 
 std::string host_name() {
@@ -22,7 +21,8 @@ std::string host_name() {
 }  // namespace
 
 Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions options)
-    : participant_(participant),
+    : RunMember(options.launched),
+      participant_(participant),
       options_(std::move(options)),
       host_(host_name()),
       presence_(participant),
@@ -31,22 +31,11 @@ Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions option
       assignments_(participant, [this](wire::Assignment&& part) { on_assignment(std::move(part)); }),
       grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
       commands_(
-          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {
+          participant, [this](wire::Command&& command) { on_command(command); }, [this](std::size_t n) { on_orchestrator(n); }) {
   check(!options_.agents.empty() && std::is_sorted(options_.agents.begin(), options_.agents.end()), "a process hosts agents, ascending");
 }
 
 Node::~Node() = default;
-
-template <class Work>
-void Node::guarded(Work&& work) {
-  const Lock lock(mutex_);
-  try {
-    work();
-  } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
-    if (!failure_) failure_ = std::current_exception();
-    wake_.notify_one();
-  }
-}
 
 void Node::on_assignment(wire::Assignment&& part) {
   guarded([&] {
@@ -105,38 +94,6 @@ void Node::on_measurement(const wire::Measurement& measurement) {
     lockstep_->receive(measurement);
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
-  });
-}
-
-void Node::on_command(wire::Command&& command) {
-  guarded([&] {
-    switch (command.order) {
-      case wire::Order::status:
-        status_asked_ = true;
-        break;
-      case wire::Order::finish:
-        finish_ = finish_ || command.epoch == epoch_;
-        break;
-      case wire::Order::shutdown:
-        shutdown_ = true;
-        break;
-    }
-    wake_.notify_one();
-  });
-}
-
-void Node::on_orchestrator(std::size_t writers) {
-  guarded([&] {
-    orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !options_.launched;
-    orchestrator_writers_ = writers;
-    if (orchestrator_lost_) wake_.notify_one();
-  });
-}
-
-void Node::interrupt() {
-  guarded([&] {
-    interrupted_ = true;
-    wake_.notify_one();
   });
 }
 

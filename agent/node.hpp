@@ -4,12 +4,9 @@
 
 #include "agent/lockstep.hpp"
 #include "core/errors.hpp"
-#include "idl/wire.hpp"
+#include "idl/run_member.hpp"
 
-#include <condition_variable>
-#include <exception>
 #include <map>
-#include <mutex>
 #include <optional>
 #include <set>
 
@@ -20,7 +17,7 @@ struct NodeOptions {
   bool launched = false;        ///< by an orchestrator on this host, whose death is noticed by other means than DDS
 };
 
-class Node {
+class Node : public RunMember {
  public:
   Node(const dds::domain::DomainParticipant& participant, NodeOptions options);
   ~Node();
@@ -29,22 +26,13 @@ class Node {
   /// an assignment cannot be carried out (the orchestrator has been told by then).
   void run();
 
-  /// Ends run() from a signal handler's thread.
-  void interrupt();
-
  private:
-  using Lock = std::unique_lock<std::mutex>;
-
   // Called on DDS's receive threads.
   void on_assignment(wire::Assignment&& part);
   void on_grant(wire::Grant&& grant);
-  void on_command(wire::Command&& command);
-  void on_orchestrator(std::size_t writers);
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);
   void on_measurement(const wire::Measurement& measurement);
-  template <class Work>
-  void guarded(Work&& work);  // runs under the lock; a failure is kept for the main thread
 
   // Called on the main thread.
   void serve(Lock& lock);
@@ -62,19 +50,13 @@ class Node {
   NodeOptions options_;
   std::string host_;
 
-  std::mutex mutex_;  // guards everything below
-  std::condition_variable wake_;
-  std::exception_ptr failure_;
+  // Guarded by the lock, as all that follows.
   std::map<std::uint32_t, wire::Assignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
-  std::optional<std::uint32_t> epoch_;  // of the run being served
   std::vector<wire::Member> members_;
   std::unique_ptr<Lockstep> lockstep_;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
-  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false;
-  std::size_t orchestrator_writers_ = 0;
-  bool orchestrator_lost_ = false;
 
   std::map<AgentId, std::size_t> readers_of_;  // matched reader processes, by hosted agent that is heard elsewhere
   std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending

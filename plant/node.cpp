@@ -13,33 +13,20 @@
 namespace consort {
 namespace {
 
-constexpr std::uint32_t kPlant = 0;     // its name among the processes
-constexpr std::uint32_t kGreeting = 0;  // epoch of a greeting; those of runs count from 1
+constexpr std::uint32_t kPlant = 0;  // its name among the processes
 constexpr std::chrono::milliseconds kGreetAgain{500};
 
 }  // namespace
 
 PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool launched)
-    : participant_(participant),
-      launched_(launched),
+    : RunMember(launched),
+      participant_(participant),
       presence_(participant),
       telemetry_(participant),
       assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
       grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
       commands_(
-          participant, [this](wire::Command&& command) { on_command(std::move(command)); }, [this](std::size_t n) { on_orchestrator(n); }) {
-}
-
-template <class Work>
-void PlantNode::guarded(Work&& work) {
-  const Lock lock(mutex_);
-  try {
-    work();
-  } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
-    if (!failure_) failure_ = std::current_exception();
-    wake_.notify_one();
-  }
-}
+          participant, [this](wire::Command&& command) { on_command(command); }, [this](std::size_t n) { on_orchestrator(n); }) {}
 
 void PlantNode::on_assignment(wire::PlantAssignment&& part) {
   guarded([&] {
@@ -74,38 +61,6 @@ void PlantNode::on_actuation(const wire::Actuation& actuation) {
     rounds_->receive(actuation);
     rounds_->advance();
     if (rounds_->report_due()) wake_.notify_one();
-  });
-}
-
-void PlantNode::on_command(wire::Command&& command) {
-  guarded([&] {
-    switch (command.order) {
-      case wire::Order::status:
-        status_asked_ = true;
-        break;
-      case wire::Order::finish:
-        finish_ = finish_ || command.epoch == epoch_;
-        break;
-      case wire::Order::shutdown:
-        shutdown_ = true;
-        break;
-    }
-    wake_.notify_one();
-  });
-}
-
-void PlantNode::on_orchestrator(std::size_t writers) {
-  guarded([&] {
-    orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !launched_;
-    orchestrator_writers_ = writers;
-    if (orchestrator_lost_) wake_.notify_one();
-  });
-}
-
-void PlantNode::interrupt() {
-  guarded([&] {
-    interrupted_ = true;
-    wake_.notify_one();
   });
 }
 

@@ -2,20 +2,17 @@
 /// The plant process on DDS: meets the orchestrator and the agents' processes, then drives the rounds of the physics. The step runs where
 /// the last actuation arrives (DDS's receive thread); the main thread sends telemetry and answers commands.
 
-#include "idl/wire.hpp"
+#include "idl/run_member.hpp"
 #include "plant/rounds.hpp"
 
-#include <condition_variable>
-#include <exception>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 
 namespace consort {
 
-class PlantNode {
+class PlantNode : public RunMember {
  public:
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
   PlantNode(const dds::domain::DomainParticipant& participant, bool launched);
@@ -23,20 +20,12 @@ class PlantNode {
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
   /// an assignment cannot be carried out or the physics diverges (the orchestrator has been told by then).
   void run();
-  /// Ends run() from a signal handler's thread.
-  void interrupt();
 
  private:
-  using Lock = std::unique_lock<std::mutex>;
-
   // Called on DDS's receive threads.
   void on_assignment(wire::PlantAssignment&& part);
   void on_grant(wire::Grant&& grant);
-  void on_command(wire::Command&& command);
-  void on_orchestrator(std::size_t writers);
   void on_actuation(const wire::Actuation& actuation);
-  template <class Work>
-  void guarded(Work&& work);  // runs under the lock; a failure is kept for the main thread
 
   // Called on the main thread.
   void serve(Lock& lock);
@@ -49,22 +38,15 @@ class PlantNode {
   [[nodiscard]] bool somebody_joins() const;
 
   dds::domain::DomainParticipant participant_;
-  bool launched_;
 
-  std::mutex mutex_;  // guards everything below
-  std::condition_variable wake_;
-  std::exception_ptr failure_;
+  // Guarded by the lock, as all that follows.
   std::map<std::uint32_t, wire::PlantAssignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
-  std::optional<std::uint32_t> epoch_;  // of the run being served
   std::unique_ptr<PlantRounds> rounds_;
   bool steered_ = false;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
   Round granted_until_ = 0;
-  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false;
-  std::size_t orchestrator_writers_ = 0;
-  bool orchestrator_lost_ = false;
   std::set<std::uint32_t> found_;       // processes that read their measurement
   std::set<std::uint32_t> greeted_by_;  // processes whose greeting has come: the connection works
   bool greeted_ = true;                 // everybody found so far has been greeted

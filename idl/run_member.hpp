@@ -1,0 +1,80 @@
+#pragma once
+/// What every process of a run has in common once it is on DDS: work on receive threads under one lock, a main thread that waits for
+/// something to do, commands of the orchestrator, and its disappearance.
+
+#include "idl/wire.hpp"
+
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <optional>
+
+namespace consort {
+
+class RunMember {
+ public:
+  /// Ends run() from a signal handler's thread.
+  void interrupt() {
+    guarded([&] {
+      interrupted_ = true;
+      wake_.notify_one();
+    });
+  }
+
+ protected:
+  using Lock = std::unique_lock<std::mutex>;
+  static constexpr std::uint32_t kGreeting = 0;  ///< epoch of a greeting; those of runs count from 1
+
+  /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
+  explicit RunMember(bool launched) : launched_(launched) {}
+  ~RunMember() = default;
+
+  /// Runs under the lock; a failure is kept for the main thread.
+  template <class Work>
+  void guarded(Work&& work) {
+    const Lock lock(mutex_);
+    try {
+      work();
+    } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
+      if (!failure_) failure_ = std::current_exception();
+      wake_.notify_one();
+    }
+  }
+
+  void on_command(const wire::Command& command) {
+    guarded([&] {
+      switch (command.order) {
+        case wire::Order::status:
+          status_asked_ = true;
+          break;
+        case wire::Order::finish:
+          finish_ = finish_ || command.epoch == epoch_;
+          break;
+        case wire::Order::shutdown:
+          shutdown_ = true;
+          break;
+      }
+      wake_.notify_one();
+    });
+  }
+
+  void on_orchestrator(std::size_t writers) {
+    guarded([&] {
+      orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !launched_;
+      orchestrator_writers_ = writers;
+      if (orchestrator_lost_) wake_.notify_one();
+    });
+  }
+
+  std::mutex mutex_;  // guards everything below, and what the derived class says it guards
+  std::condition_variable wake_;
+  std::exception_ptr failure_;
+  std::optional<std::uint32_t> epoch_;  // of the run being served
+  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orchestrator_lost_ = false;
+
+ private:
+  bool launched_;
+  std::size_t orchestrator_writers_ = 0;
+};
+
+}  // namespace consort
