@@ -37,7 +37,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
   for (const wire::Member& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
     auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters),
-                               Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements});
+                               Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements, run.largest_state});
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
@@ -52,6 +52,8 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
                         .measurements = assigned.measurements,
                         .y = {},
                         .protocol = std::move(protocol),
+                        .to_learn = assigned.told,
+                        .told = {},
                         .mailbox = std::move(mailbox),
                         .payload = std::move(payload),
                         .estimate = std::move(estimate),
@@ -60,7 +62,30 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
                         .counters = {},
                         .k = assigned.presence.from,
                         .topology = nullptr});
+    std::vector<Told>& to_learn = members_.back().to_learn;
+    std::stable_sort(to_learn.begin(), to_learn.end(), [](const Told& a, const Told& b) { return a.since > b.since; });
     report_state(members_.back());
+  }
+  if (!entry.announces) return;
+  for (Member& member : members_) {
+    announced_.emplace(member.id, member.protocol->announcement());
+    member.told.assign(agents_, nullptr);
+    member.told[index_of(member.id)] = &announced_.at(member.id);
+  }
+}
+
+void Lockstep::learn(AgentId agent, const Values& announcement) { announced_.emplace(agent, announcement); }
+
+/// What the member knows of others at the beginning of its round.
+void Lockstep::tell(Member& member) const {
+  while (!member.to_learn.empty() && member.to_learn.back().since <= member.k) {
+    const AgentId from = member.to_learn.back().from;
+    const auto announced = announced_.find(from);
+    if (announced == announced_.end())
+      throw RunError("agent " + std::to_string(member.id.value) + ", round " + std::to_string(member.k) +
+                     ": nothing has been heard of what agent " + std::to_string(from.value) + " announced");
+    member.told[index_of(from)] = &announced->second;
+    member.to_learn.pop_back();
   }
 }
 
@@ -122,7 +147,8 @@ Sense Lockstep::sense_of(const Member& member) const {
           .in_neighbours = graph.in_neighbours(member.id),
           .out_degree = graph.out_degree(member.id),
           .y = member.y,
-          .self = member.id};
+          .self = member.id,
+          .told = member.told};
 }
 
 /// Gives one message to one member; notes when that was the last one its round waited for.
@@ -142,6 +168,7 @@ bool Lockstep::receive(const wire::Information& message) {
 void Lockstep::emit(std::size_t index) {
   Member& member = members_[index];
   if (member.k >= member.topology_until || member.topology_until == 0) find_topology(member);
+  tell(member);
   const Sense sense = sense_of(member);
   member.protocol->emit(sense, member.payload);
   member.counters.sent += sense.out_degree;
@@ -183,7 +210,7 @@ void Lockstep::receive(const wire::Measurement& measurement) {
 /// Is y of the member's round here?
 bool Lockstep::find_measurement(std::size_t index) {
   Member& member = members_[index];
-  if (member.measurements == 0) return true;
+  if (member.measurements == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
   const auto entry = std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
   if (entry == measured_.end()) return false;
   std::size_t at = 0;
@@ -218,7 +245,7 @@ void Lockstep::finish_round(std::size_t index) {
   if (act_) steer(index);
   ++member.k;
   member.emitted = false;
-  if (member.measurements > 0) {
+  if (member.measurements > 0 || act_) {
     Round slowest_round = kForever;
     for (const Member& other : members_)
       if (other.k < other.attendance.until) slowest_round = std::min(slowest_round, other.k);
@@ -272,7 +299,7 @@ Lockstep::Progress Lockstep::slowest() const {
                                        [&](const Member& a, const Member& b) { return left(a) != left(b) ? left(b) : a.k < b.k; });
   Progress progress{member->id, member->k, {}};
   if (!member->emitted) {
-    progress.for_measurement = !left(*member) && member->k < until_ && member->measurements > 0;
+    progress.for_measurement = !left(*member) && member->k < until_ && (member->measurements > 0 || act_);
     return progress;
   }
   for (const Neighbour& neighbour : member->topology->graph.in_neighbours(member->id)) {

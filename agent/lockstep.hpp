@@ -8,6 +8,7 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -30,6 +31,8 @@ class Lockstep {
   bool receive(const wire::Information& message);
   /// Takes what the plant lets the members measure in one round. Throws RunError if it has another length than the members expect.
   void receive(const wire::Measurement& measurement);
+  /// Takes what an agent announced. Before a round runs, everything must be here that its members are told by then.
+  void learn(AgentId agent, const Values& announcement);
   /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
   void advance();
 
@@ -71,6 +74,8 @@ class Lockstep {
     std::size_t measurements;   // length of y; 0: it measures nothing
     std::span<const double> y;  // of round k
     std::unique_ptr<Protocol> protocol;
+    std::vector<Told> to_learn;       // what it is told later, the next one last
+    std::vector<const Values*> told;  // by agent: what it announced, as far as this member knows
     Mailbox mailbox;
     std::vector<double> payload, estimate;
     wire::MemberReport report;
@@ -88,6 +93,7 @@ class Lockstep {
   [[nodiscard]] bool find_measurement(std::size_t index);
   void steer(std::size_t index);
   [[nodiscard]] Sense sense_of(const Member& member) const;
+  void tell(Member& member) const;
   void emit(std::size_t index);
   void finish_round(std::size_t index);
   void report_state(Member& member);
@@ -101,6 +107,7 @@ class Lockstep {
   std::vector<Member> members_;
   std::vector<std::uint32_t> member_of_;               // agent index -> member, or kNobody
   std::vector<std::vector<std::uint32_t>> listeners_;  // agent index -> members that may ever hear it
+  std::map<AgentId, Values> announced_;
   std::vector<std::uint32_t> ready_;                   // members that may be able to go on
   std::deque<Segment> segments_;
   std::vector<std::shared_ptr<const Topology>> graphs_;  // by number; the orchestrator reuses numbers

@@ -1,5 +1,7 @@
 #include "agent/node.hpp"
 
+#include "agent/registry.hpp"
+
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -97,6 +99,19 @@ void Node::on_measurement(const wire::Measurement& measurement) {
   });
 }
 
+void Node::on_announcement(wire::Layouts&& layouts) {
+  guarded([&] {
+    if (std::binary_search(options_.agents.begin(), options_.agents.end(), layouts.agent)) return;  // our own, come back
+    wire::Layouts& known = announced_[layouts.agent];
+    if (known.epoch >= layouts.epoch) return;
+    known = std::move(layouts);
+    if (known.epoch != epoch_ || !lockstep_) return;  // begin_run takes what is ahead
+    lockstep_->learn(known.agent, known.announcement);
+    to_pass_on_.push_back(known.agent);
+    wake_.notify_one();
+  });
+}
+
 void Node::run() {
   Lock lock(mutex_);
   announce(lock, wire::State::hello);
@@ -119,7 +134,7 @@ void Node::serve(Lock& lock) {
   while (true) {
     const auto has_work = [&] {
       return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-             (lockstep_ && !finish_ && lockstep_->report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet());
+             (lockstep_ && !finish_ && lockstep_->report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet()) || !to_pass_on_.empty();
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
     if ((granted_ && !somebody_joins()) || (information_.empty() && !actuations_))
@@ -130,6 +145,7 @@ void Node::serve(Lock& lock) {
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
+    if (!to_pass_on_.empty()) pass_on(lock);
     if (!greeted_ && may_greet()) greet();
     if (const Round until = met_until(); until > ready_until_) {
       ready_until_ = until;
@@ -170,14 +186,49 @@ void Node::begin_run(Lock& lock) {
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
   meet_plant(lock);
+  meet_announcers(lock);
   const std::uint32_t epoch = *epoch_;
   std::vector<wire::Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     const Protocol& protocol = lockstep_->protocol(m);
-    layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout()});
+    layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout(), protocol.announcement()});
   }
   lock.unlock();
-  for (const wire::Layouts& layout : layouts) layouts_.write(layout);
+  for (const wire::Layouts& layout : layouts) {
+    layouts_.write(layout);
+    if (announcements_) announcements_->write(layout);
+  }
+  lock.lock();
+}
+
+/// Where agents announce themselves: creates the endpoints for it, once, and takes what has been heard ahead of this run.
+void Node::meet_announcers(Lock& lock) {
+  to_pass_on_.clear();
+  if (!find_protocol(parts_.begin()->second.protocol).announces) return;
+  const std::vector<AgentId> heard = heard_remotely_;
+  const bool first = !announcements_;
+  lock.unlock();  // creating endpoints calls back
+  if (first) announcements_.emplace(participant_, options_.agents);
+  std::optional<wire::AnnouncementReader> listening;
+  if (first && !heard.empty())
+    listening.emplace(participant_, heard, [this](wire::Layouts&& layouts) { on_announcement(std::move(layouts)); });
+  lock.lock();
+  if (listening) announcement_readers_.push_back(std::move(*listening));
+  for (const auto& [agent, layouts] : announced_) {
+    if (layouts.epoch != epoch_) continue;
+    lockstep_->learn(agent, layouts.announcement);
+    to_pass_on_.push_back(agent);
+  }
+}
+
+/// What others announced goes on to those that read us.
+void Node::pass_on(Lock& lock) {
+  std::vector<wire::Layouts> layouts;
+  if (parts_.begin()->second.relays)
+    for (const AgentId agent : to_pass_on_) layouts.push_back(announced_.at(agent));
+  to_pass_on_.clear();
+  lock.unlock();
+  for (const wire::Layouts& each : layouts) announcements_->write(each);
   lock.lock();
 }
 
@@ -289,9 +340,18 @@ Round Node::met_until() const {
   if ((!information_.empty() || actuations_) && !may_greet()) return 0;
   if (run.plant && !plant_greeted_us_) return 0;
   Round until = std::numeric_limits<Round>::max();
-  if (greeted_by_.size() == heard_remotely_.size()) return until;
   Round first = until;  // of this process
   for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
+  for (const wire::Member& member : members_) {
+    for (const Told& told : member.told) {
+      const auto announced = announced_.find(told.from);
+      const bool here = std::binary_search(options_.agents.begin(), options_.agents.end(), told.from);
+      if (here || (announced != announced_.end() && announced->second.epoch == epoch_)) continue;
+      if (told.since <= first) return 0;
+      until = std::min(until, told.since);
+    }
+  }
+  if (greeted_by_.size() == heard_remotely_.size()) return until;
   for (const AgentId agent : heard_remotely_) {
     if (greeted_by_.contains(agent)) continue;
     const auto joining = run.joining.find(agent);

@@ -33,12 +33,15 @@ class Node : public RunMember {
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);
   void on_measurement(const wire::Measurement& measurement);
+  void on_announcement(wire::Layouts&& layouts);
 
   // Called on the main thread.
   void serve(Lock& lock);
   void begin_run(Lock& lock);
   void meet_neighbours(Lock& lock);
   void meet_plant(Lock& lock);
+  void meet_announcers(Lock& lock);
+  void pass_on(Lock& lock);
   void send_reports(Lock& lock, bool last);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   void greet();
@@ -65,6 +68,8 @@ class Node : public RunMember {
   bool granted_ = false;                       // rounds of this epoch have been granted: only who joins on the way needs a greeting
   bool plant_found_ = false;                   // it reads our actuation
   bool plant_greeted_us_ = false;
+  std::map<AgentId, wire::Layouts> announced_;  // of the newest epoch heard of
+  std::vector<AgentId> to_pass_on_;             // those of them that our readers have not been told
 
   wire::Writer<wire::Presence> presence_;
   wire::Writer<wire::Layouts> layouts_;
@@ -72,6 +77,8 @@ class Node : public RunMember {
   std::map<AgentId, wire::InformationWriter> information_;
   std::vector<wire::InformationWriter*> outlet_;  // by member; null where nobody elsewhere may hear it
   std::vector<wire::InformationReader> information_readers_;
+  std::optional<wire::AnnouncementWriter> announcements_;
+  std::vector<wire::AnnouncementReader> announcement_readers_;
   std::optional<wire::MeasurementReader> measurements_;
   std::optional<wire::ActuationWriter> actuations_;
   wire::Reader<wire::Assignment> assignments_;

@@ -4,6 +4,7 @@
 
 #include "core/layout.hpp"
 #include "core/mailbox.hpp"
+#include "core/trace.hpp"
 #include "core/value_doc.hpp"
 #include "core/values.hpp"
 
@@ -21,6 +22,11 @@ struct Sense {
   std::size_t out_degree = 0;                ///< how many agents receive from i in round k (mu_i)
   std::span<const double> y;                 ///< y_i(k), what the plant lets i measure; empty without a plant
   AgentId self{};                            ///< i, for the text of errors; 0: not said
+  std::span<const Values* const> told = {};  ///< by agent: what it announced; null where nothing has been heard
+
+  /// What agent j says of itself in its layout message. Null as long as it takes no part, if it announces nothing, or if no path leads
+  /// from it to i.
+  [[nodiscard]] const Values* announced(AgentId j) const { return index_of(j) < told.size() ? told[index_of(j)] : nullptr; }
 };
 
 inline const Values& no_values() {
@@ -31,11 +37,12 @@ inline const Values& no_values() {
 /// What a protocol is told when it starts.
 struct Setup {
   AgentId self;
-  std::size_t agents = 1;
+  std::size_t agents = 1;  ///< the agreed maximum number of agents
   Seconds dt = 1.0;
   const Values& initial;
   const Values& model = no_values();  ///< what the agent knows of its own dynamics (A, B, C, ...); empty without a plant
   std::size_t measurement_size = 0;   ///< of y_i; 0 without a plant
+  std::size_t largest_state = 0;      ///< largest n_j of any agent's part of the plant: agreed, as the number of agents is
 };
 
 /// The type-erased protocol, the only class the drivers know.
@@ -44,6 +51,8 @@ class Protocol {
   virtual ~Protocol() = default;
   [[nodiscard]] virtual const Layout& message_layout() const = 0;
   [[nodiscard]] virtual const Layout& estimate_layout() const = 0;
+  /// What the agent says of itself to everybody, once, in its layout message; empty: nothing.
+  [[nodiscard]] virtual const Values& announcement() const = 0;
   /// Writes this round's message; `payload.size() == message_layout().size()`.
   virtual void emit(const Sense&, std::span<double> payload) const = 0;
   /// Moves the state from round k to k + 1.

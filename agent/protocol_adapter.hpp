@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <string>
 #include <tuple>
@@ -72,6 +73,22 @@ concept Steers = requires(const typename P::Params& p, const typename P::State& 
   Vector(P::control(p, s));
 };
 
+/// A protocol whose agents tell everybody something about themselves before they take part: their model, for example. It must be the same
+/// whenever it is asked.
+template <class P>
+concept Announces = requires(const typename P::Params& p, const Setup& setup) {
+  { P::announcement(p, setup) } -> std::same_as<Values>;
+};
+
+/// What the estimate is an estimate of; most protocols agree on something that no plant knows.
+template <class P>
+constexpr Truth truth_of() {
+  if constexpr (requires { P::truth; })
+    return P::truth;
+  else
+    return Truth::none;
+}
+
 /// A protocol whose estimate is more than one vector x says what the numbers are, in the order of `estimate`.
 template <class P>
 concept NamesItsEstimate = requires(const typename P::State& s) {
@@ -135,9 +152,14 @@ Field field(std::string_view name, const Eigen::MatrixBase<Derived>& value) {
 }
 inline Field field(std::string_view name, const Numbers& value) { return {std::string(name), value.size(), 1}; }
 
-/// False as soon as one number is infinite or not a number.
-template <class Derived>
+/// False as soon as one number is infinite or not a number. Nothing of an absent agent counts (`may_lack`).
+template <bool may_lack, class Derived>
 bool all_finite(const Eigen::MatrixBase<Derived>& value) {
+  if constexpr (may_lack) {
+    for (Eigen::Index i = 0; i < value.size(); ++i)
+      if (!std::isfinite(value.derived().coeff(i)) && !is_absent(value.derived().coeff(i))) return false;
+    return true;
+  }
   double residue = 0.0;
   for (Eigen::Index i = 0; i < value.size(); ++i) residue += 0.0 * value.derived().coeff(i);
   return residue == 0.0;
@@ -185,11 +207,14 @@ class ProtocolOf final : public Protocol {
       estimate_layout_.fields = P::estimate_fields(state_);
     else
       estimate_layout_.fields = {{"x", static_cast<std::size_t>(P::estimate(state_).size()), 1}};
+    if constexpr (Announces<P>) announcement_ = P::announcement(params_, setup);
     if constexpr (Steers<P>) control_size_ = static_cast<std::size_t>(P::control(params_, state_).size());
   }
 
   [[nodiscard]] const Layout& message_layout() const override { return message_layout_; }
   [[nodiscard]] const Layout& estimate_layout() const override { return estimate_layout_; }
+
+  [[nodiscard]] const Values& announcement() const override { return announcement_; }
 
   void emit(const Sense& sense, std::span<double> payload) const override {
     const Message message = P::message(params_, state_, sense);
@@ -213,9 +238,9 @@ class ProtocolOf final : public Protocol {
       P::transition(params_, state_, sense, given);
     else
       state_ = P::transition(params_, std::move(state_), sense, given);
-    if (!detail::all_finite(P::estimate(state_))) refuse(sense.k, "the estimate");
+    if (!detail::all_finite<truth_of<P>() == Truth::everybody>(P::estimate(state_))) refuse(sense.k, "the estimate");
     if constexpr (Steers<P>) {
-      if (!detail::all_finite(P::control(params_, state_))) refuse(sense.k, "the control");
+      if (!detail::all_finite<false>(P::control(params_, state_))) refuse(sense.k, "the control");
     }
   }
 
@@ -254,6 +279,7 @@ class ProtocolOf final : public Protocol {
   typename P::State state_;
   Message prototype_;  // has the shapes of every message; its Numbers have their lengths only
   Layout message_layout_, estimate_layout_;
+  Values announcement_;
   std::size_t control_size_ = 0;
   std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused
 };

@@ -50,15 +50,15 @@ std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
 }
 
 template <class Spec>
-ProtocolEntry described(decltype(ProtocolEntry::make) make) {
+ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
   bool needs_plant = false;
   if constexpr (requires { Spec::needs_plant; }) needs_plant = Spec::needs_plant;
-  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, needs_plant, make};
+  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, announces, truth_of<Spec>(), needs_plant, make};
 }
 
 template <template <int> class P>
 ProtocolEntry entry() {
-  return described<P<Eigen::Dynamic>>(&make<P>);
+  return described<P<Eigen::Dynamic>>(&make<P>, Announces<P<Eigen::Dynamic>>);
 }
 
 /// A protocol whose sizes follow from the plant.
@@ -66,7 +66,7 @@ template <class P>
 ProtocolEntry entry() {
   return described<P>([](const Values& parameters, const Setup& setup) -> std::unique_ptr<Protocol> {
     return std::make_unique<ProtocolOf<P>>(parameters, setup);
-  });
+  }, Announces<P>);
 }
 
 }  // namespace

@@ -67,7 +67,15 @@ Values PlantSpec::initial_of(AgentId agent, std::size_t agents, Seed run_seed) c
   return initial_values(initial, overrides, agent, agents, run_seed);
 }
 
-Values PlantSpec::parameters_of(AgentId agent) const { return parameter_values(parameters, overrides, agent); }
+Values PlantSpec::parameters_of(AgentId agent) const {
+  Values values = parameter_values(parameters, overrides, agent);
+  for (const Coupling& coupling : couplings) {
+    if (coupling.edge.to != agent) continue;
+    for (const Values::Entry& entry : coupling.values.entries())
+      values.set(entry.name + "_" + std::to_string(coupling.edge.from.value), entry.value);
+  }
+  return values;
+}
 
 Attendance Experiment::presence_of(AgentId agent) const {
   const auto it = presence.find(agent);
@@ -75,6 +83,10 @@ Attendance Experiment::presence_of(AgentId agent) const {
 }
 
 std::vector<AgentId> Experiment::sensed_by(AgentId agent, const Graph& support) const {
+  if (plant && plant->sensing == PlantSpec::Sensing::relative) {
+    const auto at = plant->relative.find(agent);
+    return at == plant->relative.end() ? std::vector<AgentId>{} : at->second;
+  }
   std::vector<AgentId> sensed{agent};
   if (plant && plant->sensing == PlantSpec::Sensing::neighbours)
     for (const Neighbour& neighbour : support.in_neighbours(agent)) sensed.push_back(neighbour.id);

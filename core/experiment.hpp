@@ -83,16 +83,26 @@ struct Disturbance {
 /// The physics between actuation and measurement.
 struct PlantSpec {
   enum class Sensing {
-    own,        ///< an agent measures its own subsystem
-    neighbours  ///< and those of everybody who may ever be its in-neighbour: y_i = (y_ii, y_ij, ...), j ascending
+    own,         ///< an agent measures its own subsystem
+    neighbours,  ///< and those of everybody who may ever be its in-neighbour: y_i = (y_ii, y_ij, ...), j ascending
+    relative     ///< the outputs of those named in `relative` minus its own, j ascending; then, if it is `absolute`, minus its own
+  };
+  /// What agent edge.from does to the part of agent edge.to: named matrices, such as A and C.
+  struct Coupling {
+    Edge edge;
+    Values values;
   };
   std::string model;
   Values parameters;
   std::vector<NamedPerAgent> initial;
   std::map<AgentId, AgentOverride> overrides;
+  std::vector<Coupling> couplings;
   Sensing sensing = Sensing::own;
+  std::map<AgentId, std::vector<AgentId>> relative;  ///< by measuring agent: whom it measures, ascending
+  std::vector<AgentId> absolute;                     ///< who measures against the origin, ascending
   std::vector<Disturbance> disturbances;
   [[nodiscard]] Values initial_of(AgentId agent, std::size_t agents, Seed run_seed) const;
+  /// Couplings among them, under the names A_2, C_2, ... for what agent 2 does.
   [[nodiscard]] Values parameters_of(AgentId agent) const;
 };
 
@@ -127,7 +137,8 @@ struct Experiment {
 
   [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed, presence); }
   [[nodiscard]] Attendance presence_of(AgentId agent) const;
-  /// Whose subsystems agent i measures: itself, then (sensing neighbours) everybody who may ever be its in-neighbour, ascending.
+  /// Whose subsystems agent i measures: itself, then (sensing neighbours) everybody who may ever be its in-neighbour, ascending; with
+  /// relative sensing, those it measures relative to itself.
   [[nodiscard]] std::vector<AgentId> sensed_by(AgentId agent, const Graph& support) const;
   /// The initial values of one agent: `initial`, with that agent's override on top.
   [[nodiscard]] Values initial_of(AgentId agent, Seed run_seed) const;

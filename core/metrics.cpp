@@ -33,39 +33,39 @@ Matrix final_values(const Trace& trace) {
   return all(Eigen::all, present);
 }
 
-double disagreement_at(const Trace& trace, std::size_t report) {
-  return disagreement(trace.agreed_at(report), trace.agents, trace.agreed_dimension());
-}
+/// Estimators do not agree on a value of their own.
+bool agrees(const Trace& trace) { return trace.truth == Truth::none; }
 
 void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  put(out, "consensus_value", final_values(trace).rowwise().mean());
+  if (agrees(trace)) put(out, "consensus_value", final_values(trace).rowwise().mean());
 }
 
 void centralised_value(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  if (trace.agrees_on_states) return;
+  if (trace.agrees_on_states || !agrees(trace)) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "centralised_value", centralised);
 }
 
 void bias(const Experiment& experiment, Seed seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  if (trace.agrees_on_states) return;
+  if (trace.agrees_on_states || !agrees(trace)) return;
   const Vector centralised = centralised_estimate(experiment, seed);
   if (centralised.size() > 0) put(out, "bias", final_values(trace).rowwise().mean() - centralised);
 }
 
 void final_disagreement(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  out["disagreement"] = disagreement_at(trace, trace.rounds.size() - 1);
+  if (agrees(trace)) out["disagreement"] = deviation(trace, trace.report(trace.rounds.size() - 1));
 }
 
 void spread(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  if (!agrees(trace)) return;
   const Matrix finals = final_values(trace);
   put(out, "spread", finals.rowwise().maxCoeff() - finals.rowwise().minCoeff());
 }
 
 void rounds_to_convergence(const Experiment& experiment, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
-  const double threshold = experiment.convergence.value_or(Convergence{}).disagreement;
+  const double threshold = experiment.convergence.value_or(Convergence{}).within;
   double first = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t report = trace.rounds.size(); report-- > 0 && disagreement_at(trace, report) <= threshold;) first = trace.rounds[report];
+  for (std::size_t report = trace.rounds.size(); report-- > 0 && deviation(trace, trace.report(report)) <= threshold;) first = trace.rounds[report];
   out["rounds_to_convergence"] = first;
 }
 
@@ -88,7 +88,7 @@ constexpr std::array kTable{
     MetricEntry{"disagreement", "largest distance between two agents' final estimates", final_disagreement},
     MetricEntry{"spread", "largest minus smallest final estimate, per component", spread},
     MetricEntry{"rounds_to_convergence",
-                "first reported round from which the disagreement stays within the stop rule's (1e-3 without one); NaN: never",
+                "first reported round from which the disagreement (of estimators: the error) stays within the stop rule's (1e-3 without one); NaN: never",
                 rounds_to_convergence},
     MetricEntry{"predicted_value", "what theory promises without disturbances (Knotek, thesis, (2.13); Zamani et al. 2014, (24))",
                 predicted_value},

@@ -92,7 +92,7 @@ void gain_peak(const Experiment& experiment, Seed seed, const ProtocolChoice&, c
 
 void consensus_time(const Experiment& experiment, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
   if (!trace.agrees_on_states) return;
-  const double threshold = experiment.convergence ? experiment.convergence->disagreement : 0.01;
+  const double threshold = experiment.convergence ? experiment.convergence->within : 0.01;
   Round complete = 0;  // the round from which everybody is there
   for (const auto& [agent, presence] : experiment.presence) complete = std::max(complete, presence.from);
   double first = std::numeric_limits<double>::quiet_NaN();

@@ -60,6 +60,8 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
     PlantPart part{plant.parameters_of(agent),
                    plant.initial_of(agent, experiment.agents, run_seed),
                    experiment.sensed_by(agent, support),
+                   plant.sensing == PlantSpec::Sensing::relative,
+                   std::binary_search(plant.absolute.begin(), plant.absolute.end(), agent),
                    experiment.presence_of(agent),
                    {}};
     for (std::size_t d = 0; d < plant.disturbances.size(); ++d) {

@@ -23,7 +23,11 @@ struct Signal {
 /// What belongs to one agent.
 struct PlantPart {
   Values parameters, initial;
-  std::vector<AgentId> sensed;  ///< whose outputs it measures: itself first, the others ascending
+  /// Whose outputs it measures: itself first, the others ascending. With `relative`: whose outputs it measures relative to its own,
+  /// ascending.
+  std::vector<AgentId> sensed;
+  bool relative = false;
+  bool absolute = false;  ///< relative: its own output against the origin too
   Attendance presence;
   std::vector<Signal> signals;
 };

@@ -24,6 +24,24 @@ double squared_distance(const double* a, const double* b, std::size_t dimension)
   return sum;
 }
 
+/// |estimate - state|^2; numbers that the part has not are left out, what is not estimated counts with the state itself.
+double squared_error(std::span<const double> estimate, std::span<const double> state) {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < state.size(); ++c) {
+    if (is_absent(state[c])) continue;
+    const double error = is_absent(estimate[c]) ? state[c] : estimate[c] - state[c];
+    sum += error * error;
+  }
+  return sum;
+}
+
+/// Calls use(j, offset) for every agent j whose part agent i estimates, with the place of that estimate among the numbers of i.
+template <class Use>
+void for_each_slot(const Trace& trace, std::size_t i, Use&& use) {
+  if (trace.truth == Truth::state) use(i, std::size_t{0});
+  for (std::size_t j = 0; trace.truth == Truth::everybody && j < trace.agents; ++j) use(j, j * trace.state_dimension);
+}
+
 }  // namespace
 
 double disagreement(std::span<const double> estimates, std::size_t agents, std::size_t dimension) {
@@ -46,9 +64,26 @@ double disagreement(std::span<const double> estimates, std::size_t agents, std::
   return std::sqrt(largest);
 }
 
-bool StopRule::ends(Round k, std::span<const double> agreed, std::size_t agents, std::size_t dimension) {
+double estimation_error(const Trace& trace, const RoundReport& report) {
+  const auto state_of = [&](std::size_t j) { return report.states.subspan(j * trace.state_dimension, trace.state_dimension); };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < trace.agents; ++i) {
+    if (is_absent(state_of(i).front())) continue;  // the agent is not there
+    for_each_slot(trace, i, [&](std::size_t j, std::size_t offset) {
+      sum += squared_error(report.estimates.subspan(i * trace.dimension + offset, trace.state_dimension), state_of(j));
+    });
+  }
+  return std::sqrt(sum);
+}
+
+double deviation(const Trace& trace, const RoundReport& report) {
+  return trace.truth == Truth::none ? disagreement(trace.agreed(report), trace.agents, trace.agreed_dimension())
+                                    : estimation_error(trace, report);
+}
+
+bool StopRule::ends(Round k, const std::function<double()>& deviation) {
   if (convergence_ && !converged_) {
-    if (disagreement(agreed, agents, dimension) <= convergence_->disagreement) {
+    if (deviation() <= convergence_->within) {
       if (!below_since_) below_since_ = k;
       // The first report below counts as one round.
       converged_ = std::uint64_t{k} - *below_since_ + 1 >= convergence_->for_rounds;

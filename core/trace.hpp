@@ -33,6 +33,13 @@ struct AgentCounters {
   std::uint64_t lost = 0;       ///< messages the link model dropped
 };
 
+/// What a protocol's estimate is an estimate of, where the plant knows the truth.
+enum class Truth : std::uint8_t {
+  none,      ///< nothing the plant has: agents agree, or steer
+  state,     ///< the first numbers of the estimate are those of the agent's part of the plant
+  everybody  ///< the first numbers are slots of equal length, agent after agent, one for the part of each; kAbsent: not estimated
+};
+
 /// What one in-link of one agent did, over the rounds that agent ran.
 struct LinkTotals {
   Edge edge;
@@ -60,6 +67,7 @@ struct Trace {
   std::size_t state_dimension = 0;  ///< of an agent's part of the plant; 0 without a plant
   Layout state_layout;
   std::vector<double> states;     ///< rounds.size() x agents x state_dimension
+  Truth truth = Truth::none;
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states, not their estimates
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
   Round last_round = 0;           ///< rounds executed
@@ -81,6 +89,12 @@ struct Trace {
   [[nodiscard]] std::span<const double> agreed_at(std::size_t report) const {
     const std::size_t width = agents * agreed_dimension();
     return std::span(agrees_on_states ? states : estimates).subspan(report * width, width);
+  }
+  /// One report again, without hashes and counters.
+  [[nodiscard]] RoundReport report(std::size_t number) const {
+    const std::size_t width = agents * dimension, state_width = agents * state_dimension;
+    return {rounds[number], std::span(estimates).subspan(number * width, width), {}, {},
+            std::span(states).subspan(number * state_width, state_width)};
   }
   [[nodiscard]] std::size_t agreed_dimension() const { return agrees_on_states ? state_dimension : dimension; }
   [[nodiscard]] std::span<const double> final_estimate(AgentId agent) const { return at(rounds.size() - 1, agent); }

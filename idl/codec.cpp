@@ -102,6 +102,9 @@ consort_wire_MemberAssignment member_assignment(const Member& member, Arena& are
                                                [](const auto& item) { return link_rule(item.first.from.value, item.second); });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
   out.measurements = member.measurements;
+  out.told = convert_all<decltype(out.told)>(member.told, arena, [](const Told& told) {
+    return consort_wire_Told{told.from.value, told.since};
+  });
   out.first_round = member.presence.from;
   out.end_round = member.presence.until;
   out.late_readers = borrow<decltype(out.late_readers)>(member.late_readers.data(), member.late_readers.size());
@@ -131,6 +134,8 @@ consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const Pl
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.initial = convert_all<decltype(out.initial)>(in.initial.entries(), arena, named_array);
   out.sensed = ids<decltype(out.sensed)>(in.sensed, arena);
+  out.relative = in.relative;
+  out.absolute = in.absolute;
   out.first_round = in.presence.from;
   out.end_round = in.presence.until;
   out.signals = convert_all<decltype(out.signals)>(in.signals, arena, signal);
@@ -194,6 +199,12 @@ bool all_finite(std::span<const double> values) {
   double sum = 0.0;
   for (const double value : values) sum += value - value;
   return sum == 0.0;
+}
+
+/// Finite, or of somebody who is not there.
+bool all_known(std::span<const double> values) {
+  return all_finite(values) ||
+         std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value) || is_absent(value); });
 }
 
 template <std::size_t Size>
@@ -263,6 +274,10 @@ Member member(const consort_wire_MemberAssignment& in) {
   out.model = named_arrays(in.model, "member.model");
   require(in.measurements <= kMaxValues, "member.measurements");
   out.measurements = in.measurements;
+  for (const auto& told : view(in.told)) {
+    out.told.push_back({agent_id(told.agent, "member.told"), told.since});
+    require(out.told.size() < 2 || out.told[out.told.size() - 2].from < out.told.back().from, "member.told");
+  }
   out.presence = attendance(in.first_round, in.end_round, "member.first_round");
   for (const std::uint32_t round : view(in.late_readers)) {
     require(out.late_readers.empty() || out.late_readers.back() <= round, "member.late_readers");
@@ -292,7 +307,9 @@ PlantPart plant_part(const consort_wire_PlantPart& in) {
   out.parameters = named_arrays(in.parameters, "agent.parameters");
   out.initial = named_arrays(in.initial, "agent.initial");
   for (const std::uint32_t sensed : view(in.sensed)) out.sensed.push_back(agent_id(sensed, "agent.sensed"));
-  require(!out.sensed.empty(), "agent.sensed");
+  out.relative = in.relative;
+  out.absolute = in.absolute;
+  require(out.relative || (!out.sensed.empty() && !out.absolute), "agent.sensed");
   out.presence = attendance(in.first_round, in.end_round, "agent.first_round");
   for (const auto& entry : view(in.signals)) out.signals.push_back(signal(entry));
   return out;
@@ -339,7 +356,7 @@ MemberReport member_report(const consort_wire_MemberReport& in) {
   const auto counters = view(in.counters);
   require(hashes.size() == rounds.size() && counters.size() == 3 * rounds.size(), "report.hashes");
   require(rounds.empty() ? estimates.empty() : estimates.size() % rounds.size() == 0, "report.estimates");
-  require(all_finite(estimates), "report.estimates");
+  require(all_known(estimates), "report.estimates");
   for (std::size_t r = 1; r < rounds.size(); ++r) require(rounds[r - 1] < rounds[r], "report.rounds");
   out.rounds.assign(rounds.begin(), rounds.end());
   out.estimates.assign(estimates.begin(), estimates.end());
@@ -364,6 +381,8 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.standard_link = link_rule(0, in.standard_link);
+  out.largest_state = in.largest_state;
+  out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
   out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
@@ -392,6 +411,9 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.window = in.window;
   out.parameters = named_arrays(in.parameters, "parameters");
   out.standard_link = link_spec(in.standard_link);
+  require(in.largest_state <= kMaxValues, "largest_state");
+  out.largest_state = in.largest_state;
+  out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
   for (const auto& joining : view(in.joining)) {
@@ -404,6 +426,7 @@ Assignment decode(const consort_wire_Assignment& in) {
     const auto& added = out.members.back();
     require(added.agent.value <= in.agents && (added.in_neighbours.empty() || added.in_neighbours.back().value <= in.agents),
             "member.agent");
+    require(added.told.empty() || added.told.back().from.value <= in.agents, "member.told");
   }
   return out;
 }
@@ -488,11 +511,13 @@ consort_wire_Layout encode(const Layouts& in, Arena& arena) {
   out.estimate = convert_all<decltype(out.estimate)>(in.estimate.fields, arena, field_shape);
   out.noise_offset = static_cast<std::uint32_t>(in.message.noise_offset);
   out.noise_size = static_cast<std::uint32_t>(in.message.noise_size);
+  out.announcement = convert_all<decltype(out.announcement)>(in.announcement.entries(), arena, named_array);
   return out;
 }
 
 Layouts decode(const consort_wire_Layout& in) {
-  Layouts out{agent_id(in.agent, "agent"), in.epoch, layout(in.message, "message"), layout(in.estimate, "estimate")};
+  Layouts out{agent_id(in.agent, "agent"), in.epoch, layout(in.message, "message"), layout(in.estimate, "estimate"),
+              named_arrays(in.announcement, "announcement")};
   require(std::uint64_t{in.noise_offset} + in.noise_size <= out.message.size(), "noise_size");
   out.message.noise_offset = in.noise_offset;
   out.message.noise_size = in.noise_size;
@@ -583,7 +608,7 @@ consort_wire_Measurement encode(const Measurement& in) {
 
 Measurement decode(const consort_wire_Measurement& in) {
   const auto values = view(in.values);
-  require(values.size() <= kMaxValues && all_finite(values), "values");
+  require(values.size() <= kMaxValues && all_known(values), "values");
   return {in.epoch, in.round, values};
 }
 

@@ -111,8 +111,8 @@ std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.
 template <class T>
 struct Writer<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  explicit Impl(const dds::domain::DomainParticipant& participant)
-      : writer(dds::pub::Publisher(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+  explicit Impl(const dds::domain::DomainParticipant& participant, const dds::pub::qos::PublisherQos& where = {})
+      : writer(dds::pub::Publisher(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
                steering_qos<dds::pub::qos::DataWriterQos>()) {}
   dds::pub::DataWriter<Wire> writer;
 };
@@ -138,8 +138,9 @@ bool Writer<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct Reader<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
-      : reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+  Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched,
+       const dds::sub::qos::SubscriberQos& where = {})
+      : reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
                steering_qos<dds::sub::qos::DataReaderQos>(), listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
@@ -196,6 +197,41 @@ template class Reader<Command>;
 template class Reader<Layouts>;
 template class Reader<Presence>;
 template class Reader<Telemetry>;
+
+// --- announcements ----------------------------------------------------------------------------------------------------
+
+namespace {
+
+Partition partitions_of(std::span<const AgentId> agents) {
+  std::vector<std::string> names;
+  for (const AgentId agent : agents) names.push_back(partition_of(agent));
+  return Partition(names);
+}
+
+}  // namespace
+
+struct AnnouncementWriter::Impl : Writer<Layouts>::Impl {
+  using Writer<Layouts>::Impl::Impl;
+};
+AnnouncementWriter::AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents)
+    : impl_(std::make_unique<Impl>(participant, dds::pub::qos::PublisherQos() << partitions_of(agents))) {}
+AnnouncementWriter::~AnnouncementWriter() = default;
+AnnouncementWriter::AnnouncementWriter(AnnouncementWriter&&) noexcept = default;
+void AnnouncementWriter::write(const Layouts& value) {
+  Arena arena;
+  impl_->writer.write(encode(value, arena));
+}
+
+struct AnnouncementReader::Impl : Reader<Layouts>::Impl {
+  using Reader<Layouts>::Impl::Impl;
+};
+AnnouncementReader::AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+                                       std::function<void(Layouts&&)> on_data)
+    : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::function<void(std::size_t)>{},
+                                   dds::sub::qos::SubscriberQos() << partitions_of(senders))) {}
+AnnouncementReader::~AnnouncementReader() = default;
+AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
+std::uint64_t AnnouncementReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
 
 // --- information ------------------------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 /// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated;
 /// what breaks a bound of consort.idl is dropped, counted and named (`rejected()`), never passed on.
 
+#include "core/announcements.hpp"
 #include "core/plant_task.hpp"
 #include "core/trace.hpp"
 
@@ -30,6 +31,7 @@ struct Member {
   LinkModel links;                     ///< only `overrides` travels: exceptions among its in-links
   Values model;                        ///< what it knows of its own dynamics; empty without a plant
   std::uint32_t measurements = 0;      ///< length of y_i; 0 without a plant
+  std::vector<Told> told;              ///< whose announcement reaches it, ascending by agent
   Attendance presence;
 };
 
@@ -43,6 +45,8 @@ struct Assignment {
   Round rounds = 0, report_interval = 1, window = 1;
   Values parameters;
   LinkSpec standard_link;
+  std::uint32_t largest_state = 0;   ///< n_j of the largest part of the plant; 0 without one
+  bool relays = false;               ///< what others announced is passed on to whoever reads an agent
   bool steers = false;               ///< the plant waits for every agent's actuation
   bool plant = false;                ///< there is a plant: whoever measures waits for it
   std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
@@ -89,6 +93,7 @@ struct Layouts {
   AgentId agent;
   std::uint32_t epoch = 0;
   Layout message, estimate;
+  Values announcement;
 };
 
 /// Views: `values` is valid during the call it is handed to.
@@ -138,6 +143,8 @@ struct Telemetry {
 /// write() throws dds::core::Error, and ConfigError if a text or number does not fit the wire.
 template <class T>
 class Writer {
+  friend class AnnouncementWriter;
+
  public:
   explicit Writer(const dds::domain::DomainParticipant& participant);
   ~Writer();
@@ -155,11 +162,41 @@ class Writer {
 /// matched.
 template <class T>
 class Reader {
+  friend class AnnouncementReader;
+
  public:
   Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
          std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
+  [[nodiscard]] std::uint64_t rejected() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Announcements among agents: layout messages, in the partitions of the agents whose process writes them (their own, and those it passes
+/// on). Whoever connects late still gets each of them.
+class AnnouncementWriter {
+ public:
+  AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents);
+  ~AnnouncementWriter();
+  AnnouncementWriter(AnnouncementWriter&&) noexcept;
+  void write(const Layouts& value);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+class AnnouncementReader {
+ public:
+  /// What the processes of the `senders` write. `on_data` runs on a receive thread; it must not block.
+  AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+                     std::function<void(Layouts&&)> on_data);
+  ~AnnouncementReader();
+  AnnouncementReader(AnnouncementReader&&) noexcept;
   [[nodiscard]] std::uint64_t rejected() const;
 
  private:

@@ -10,13 +10,15 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <filesystem>
 
 namespace consort {
 namespace {
 
 const char* word_of(Finding::Verdict verdict) {
-  return verdict == Finding::Verdict::holds ? "holds" : verdict == Finding::Verdict::fails ? "fails" : "note";
+  constexpr std::array kWords{"holds", "fails", "refused", "note"};
+  return kWords[static_cast<std::size_t>(verdict)];
 }
 
 nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<Finding>& findings) {

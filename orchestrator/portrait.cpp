@@ -42,8 +42,11 @@ std::string link_text(const LinkModel& links) {
 
 std::string plant_text(const PlantSpec& plant) {
   std::string text = fmt::format("{}: {}", plant.model, find_plant(plant.model).summary);
-  text +=
-      plant.sensing == PlantSpec::Sensing::own ? "; agents sense their own part" : "; agents sense their own part and their in-neighbours'";
+  constexpr std::array kSensing{"agents sense their own part", "agents sense their own part and their in-neighbours'",
+                                "agents sense others relative to themselves"};
+  text += fmt::format("; {}", kSensing[static_cast<std::size_t>(plant.sensing)]);
+  if (!plant.couplings.empty())
+    text += fmt::format("; {} coupling{}", plant.couplings.size(), plant.couplings.size() == 1 ? "" : "s");
   if (!plant.disturbances.empty())
     text += fmt::format("; {} disturbance{}", plant.disturbances.size(), plant.disturbances.size() == 1 ? "" : "s");
   return text;
@@ -60,8 +63,10 @@ std::string event_text(const LinkEvent& event) {
 
 std::string stop_text(const Experiment& experiment) {
   std::string text = fmt::format("after {} rounds", grouped(experiment.rounds));
+  const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                                     [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
   if (experiment.convergence)
-    text += fmt::format(", or when the disagreement is at most {:g} for {} round{}", experiment.convergence->disagreement,
+    text += fmt::format(", or when the {} is at most {:g} for {} round{}", estimates ? "error" : "disagreement", experiment.convergence->within,
                         experiment.convergence->for_rounds, experiment.convergence->for_rounds == 1 ? "" : "s");
   return text + fmt::format("; deadline {:g} s", experiment.deadline);
 }
@@ -105,6 +110,7 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
 std::string findings_text(const std::vector<Finding>& findings, const TextStyle& style) {
   std::string out = "\n  " + toned("What theory says", Tone::strong, style) + "\n";
   for (const Finding& finding : findings) {
+    // What refuses a run is marked as what fails is.
     const bool holds = finding.verdict == Finding::Verdict::holds, note = finding.verdict == Finding::Verdict::note;
     const std::string mark = style.unicode ? (holds ? "✓" : note ? "·" : "✗") : (holds ? "+" : note ? "-" : "!");
     const std::string head = finding.condition + (finding.evidence.empty() ? "" : ": " + finding.evidence);

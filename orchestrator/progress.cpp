@@ -67,8 +67,8 @@ void Progress::report(const Job& job, const RoundReport& report) {
   const std::string run =
       experiment_.runs > 1 ? fmt::format("run {} of {}", job.number % experiment_.runs + 1, experiment_.runs) : std::string();
   // Only computed for what is shown: it compares all pairs of agents.
-  const double apart = disagreement(agreement_.agreed(report), experiment_.agents, agreement_.agreed_dimension());
-  const std::string figures = fmt::format("{} rounds/s, disagreement {:.3g}", grouped(rate), apart);
+  const char* what = agreement_.truth == Truth::none ? "disagreement" : "error";
+  const std::string figures = fmt::format("{} rounds/s, {} {:.3g}", grouped(rate), what, deviation(agreement_, report));
   show(now, live_text(run.empty() ? protocol : protocol + ", " + run, report.k, figures),
        fmt::format("{}{}: round {} of {}, {}", protocol, run.empty() ? "" : ", " + run, report.k, experiment_.rounds, figures));
 }

@@ -133,7 +133,7 @@ class JobRun {
       if (over_) return false;
       trace_.add(report);
       teller_.report(report);
-      over_ = stop_.ends(report.k, trace_.agreed(report), trace_.agents, trace_.agreed_dimension());
+      over_ = stop_.ends(report.k, [&] { return deviation(trace_, report); });
       reached = report.k;
       last_news_ = Clock::now();
       stall_told_ = false;

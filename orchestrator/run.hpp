@@ -30,6 +30,7 @@ struct JobOutcome {
 struct RunLayouts {
   Layout message, estimate;
   Layout state = {};              ///< of an agent's part of the plant; empty without one
+  Truth truth = Truth::none;      ///< what the agents estimate
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states
   [[nodiscard]] Trace empty_trace(std::size_t agents) const {
     Trace trace;
@@ -38,6 +39,7 @@ struct RunLayouts {
     trace.estimate_layout = estimate;
     trace.state_dimension = state.size();
     trace.state_layout = state;
+    trace.truth = truth;
     trace.agrees_on_states = agrees_on_states;
     return trace;
   }

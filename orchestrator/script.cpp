@@ -1,5 +1,6 @@
 #include "orchestrator/script.hpp"
 
+#include "agent/registry.hpp"
 #include "orchestrator/criteria.hpp"
 #include "orchestrator/script_agents.hpp"
 #include "orchestrator/script_plant.hpp"
@@ -296,8 +297,14 @@ class TopLevel {
     const Section rule(mistakes_, converged, "stop.converged", "/definitions/stop/properties/converged");
     if (!rule.is_map()) return;
     Convergence convergence;
-    if (const auto d = rule.required("disagreement"); present(d))
-      convergence.disagreement = read_number(mistakes_, d, rule.path("disagreement"), kPositive).value_or(1.0);
+    const bool estimates = std::any_of(out_.protocols.begin(), out_.protocols.end(),
+                                       [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
+    const std::string key = estimates ? "error" : "disagreement", other = estimates ? "disagreement" : "error";
+    if (const auto o = rule.find(other); present(o))
+      mistakes_.add(o, fmt::format("stop.converged.{}: these agents {}; allowed: {}", other,
+                                   estimates ? "estimate a plant" : "agree with each other", key));
+    if (const auto d = rule.required(key); present(d))
+      convergence.within = read_number(mistakes_, d, rule.path(key), kPositive).value_or(1.0);
     if (const auto r = rule.find("for_rounds"); present(r))
       convergence.for_rounds = static_cast<Round>(read_whole(mistakes_, r, rule.path("for_rounds"), 1, kMostRounds).value_or(1));
     out_.convergence = convergence;

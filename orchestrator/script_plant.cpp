@@ -1,6 +1,7 @@
 #include "orchestrator/script_plant.hpp"
 
 #include "orchestrator/script_numbers.hpp"
+#include "orchestrator/script_sensing.hpp"
 #include "orchestrator/wording.hpp"
 #include "plant/model_physics.hpp"
 #include "plant/registry.hpp"
@@ -34,10 +35,9 @@ class PlantReader {
     if (!present(model) || !read_model(model)) return;
     if (const auto initial = section.find("initial"); present(initial)) read_initial(initial);
     if (const auto overrides = section.find("overrides"); present(overrides)) read_overrides(overrides);
-    static const std::array<std::string, 2> kSensing{"own", "neighbours"};
-    if (const auto sensing = section.find("sensing"); present(sensing))
-      if (const auto choice = read_choice(mistakes_, sensing, "plant.sensing", kSensing))
-        plant_.sensing = *choice == 0 ? PlantSpec::Sensing::own : PlantSpec::Sensing::neighbours;
+    if (const auto couplings = section.find("couplings"); present(couplings))
+      read_couplings(mistakes_, couplings, experiment_.agents, *entry_, plant_);
+    if (const auto sensing = section.find("sensing"); present(sensing)) read_sensing(mistakes_, sensing, experiment_.agents, plant_);
     if (const auto disturbances = section.find("disturbances"); present(disturbances)) read_disturbances(disturbances);
     experiment_.plant = std::move(plant_);
   }
@@ -84,20 +84,13 @@ class PlantReader {
     }
   }
 
-  std::optional<AgentId> read_agent(const YAML::Node& node, const std::string& what) {
-    const auto id = whole_number(node);
-    if (id && *id >= 1 && *id <= experiment_.agents) return AgentId{static_cast<std::uint32_t>(*id)};
-    mistakes_.add(node, fmt::format("{}: found {}; allowed: an agent from 1 to {}", what, describe(node), experiment_.agents));
-    return std::nullopt;
-  }
-
   void read_overrides(const YAML::Node& node) {
     if (!node.IsMap()) {
       mistakes_.add(node, fmt::format("plant.overrides: found {}; allowed: a mapping from agent number to what differs", describe(node)));
       return;
     }
     for (const auto& entry : node) {
-      const auto agent = read_agent(entry.first, "plant.overrides");
+      const auto agent = read_agent(mistakes_, entry.first, "plant.overrides", experiment_.agents);
       if (!agent) continue;
       const std::string what = fmt::format("plant.overrides.{}", agent->value);
       const Section section(mistakes_, entry.second, what, "/definitions/override");
@@ -154,7 +147,7 @@ class PlantReader {
           out.hold_rounds = static_cast<Round>(rounds);
       }
     }
-    if (const auto agents = section.find("agents"); present(agents)) out.agents = read_agents_list(agents, section.path("agents"));
+    if (const auto agents = section.find("agents"); present(agents)) out.agents = read_agents(mistakes_, agents, section.path("agents"), experiment_.agents);
     std::vector<std::string> found;
     for (const char* kind : {"gaussian", "uniform", "sinusoid", "constant"})
       if (present(section.find(kind))) found.emplace_back(kind);
@@ -173,19 +166,6 @@ class PlantReader {
       if (value) out.signal = Disturbance::Constant{std::move(*value)};
     }
     plant_.disturbances.push_back(std::move(out));
-  }
-
-  std::vector<AgentId> read_agents_list(const YAML::Node& node, const std::string& what) {
-    std::vector<AgentId> agents;
-    if (!node.IsSequence()) {
-      mistakes_.add(node, fmt::format("{}: found {}; allowed: a list of agents", what, describe(node)));
-      return agents;
-    }
-    for (std::size_t i = 0; i < node.size(); ++i)
-      if (const auto agent = read_agent(node[i], fmt::format("{}[{}]", what, i))) agents.push_back(*agent);
-    std::sort(agents.begin(), agents.end());
-    agents.erase(std::unique(agents.begin(), agents.end()), agents.end());
-    return agents;
   }
 
   void read_gaussian(const YAML::Node& node, const std::string& what, Disturbance& out) {

@@ -137,7 +137,19 @@ Node plant_of(const PlantSpec& plant, Seconds dt) {
   out["model"]["name"] = plant.model;
   for (const auto& [name, value] : plant.parameters.entries()) out["model"][name] = node_of(value);
   for (const auto& [name, values] : plant.initial) out["initial"][name] = node_of(values);
-  out["sensing"] = plant.sensing == PlantSpec::Sensing::own ? "own" : "neighbours";
+  for (const PlantSpec::Coupling& coupling : plant.couplings) {
+    Node entry = node_of(coupling.values);
+    entry["edge"] = edge_text(coupling.edge);
+    out["couplings"].push_back(entry);
+  }
+  if (plant.sensing == PlantSpec::Sensing::relative) {
+    out["sensing"] = Node(YAML::NodeType::Map);
+    for (const auto& [agent, measured] : plant.relative)
+      for (const AgentId other : measured) out["sensing"]["relative"][std::to_string(agent.value)].push_back(other.value);
+    for (const AgentId agent : plant.absolute) out["sensing"]["absolute"].push_back(agent.value);
+  } else {
+    out["sensing"] = plant.sensing == PlantSpec::Sensing::own ? "own" : "neighbours";
+  }
   for (const auto& [agent, override] : plant.overrides) {
     Node entry(YAML::NodeType::Map);
     if (!override.initial.entries().empty()) entry["initial"] = node_of(override.initial);
@@ -222,7 +234,9 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   }
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
   if (experiment.convergence) {
-    out["stop"]["converged"]["disagreement"] = number_text(experiment.convergence->disagreement);
+    const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                                       [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
+    out["stop"]["converged"][estimates ? "error" : "disagreement"] = number_text(experiment.convergence->within);
     out["stop"]["converged"]["for_rounds"] = experiment.convergence->for_rounds;
   }
   out["stop"]["deadline"] = number_text(experiment.deadline);

@@ -222,6 +222,7 @@ wire::Member Session::member_of(AgentId agent, const Job& job) const {
     member.model = physics->knowledge(agent);
     member.measurements = static_cast<std::uint32_t>(physics->measurement_size(agent));
   }
+  if (!told_.empty()) member.told = told_[index_of(agent)];
   for (const auto& [edge, link] : experiment_.links.overrides) {
     if (edge.to == agent) member.links.overrides.emplace(edge, link);
   }
@@ -242,6 +243,9 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
   common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
   common.parameters = protocol.parameters;
   common.standard_link = experiment_.links.standard;
+  if (maker_->physics()) common.largest_state = static_cast<std::uint32_t>(maker_->physics()->state_layout().size());
+  for (std::size_t i = 0; i < told_.size(); ++i)
+    common.relays = common.relays || told_[i].size() > placement_.support.in_degree(agent_at(i));
   common.plant = has_plant();
   common.steers = steers_;
   for (const auto& [agent, presence] : experiment_.presence)
@@ -288,6 +292,9 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   epoch_ = epoch;
   layouts_.clear();
   maker_.emplace(experiment_, experiment_.protocols[job.protocol], job.seed);
+  protocol_ = &find_protocol(experiment_.protocols[job.protocol].name);
+  told_.clear();
+  if (protocol_->announces) told_ = announcements(placement_.support, experiment_.presence);
   steers_ = has_plant() && maker_->make(agent_at(0))->control_size() > 0;
   for (std::size_t hub = 0; hub < hubs_.size(); ++hub) {
     for (const wire::Assignment& part : assignments(job, epoch, hub)) hubs_[hub]->assignments.write(part);
@@ -438,7 +445,8 @@ RunLayouts Session::layouts() const {
   RunLayouts names{first.message, first.estimate};
   if (maker_->physics()) {
     names.state = maker_->physics()->state_layout();
-    names.agrees_on_states = steers_;
+    names.truth = protocol_->truth;
+    names.agrees_on_states = steers_ && protocol_->truth == Truth::none;
   }
   return names;
 }

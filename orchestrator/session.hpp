@@ -99,7 +99,9 @@ class Session {
   std::uint32_t epoch_ = 0;
   std::map<AgentId, wire::Layouts> layouts_;
   std::optional<AgentMaker> maker_;  // of the job that is assigned
-  bool steers_ = false;              // the job's agents steer the plant
+  const ProtocolEntry* protocol_ = nullptr;
+  std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
+  bool steers_ = false;                  // the job's agents steer the plant
   bool leaving_ = false;
   std::vector<std::string> remarks_;
   std::uint64_t rejected_told_ = 0;

@@ -29,7 +29,8 @@ RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
   RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
   if (maker.physics()) {
     layouts.state = maker.physics()->state_layout();
-    layouts.agrees_on_states = protocol->control_size() > 0;
+    layouts.truth = find_protocol(experiment.protocols.at(job.protocol).name).truth;
+    layouts.agrees_on_states = protocol->control_size() > 0 && layouts.truth == Truth::none;
   }
   return layouts;
 }

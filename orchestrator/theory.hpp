@@ -9,7 +9,12 @@
 namespace consort {
 
 struct Finding {
-  enum class Verdict { holds, fails, note };
+  enum class Verdict {
+    holds,
+    fails,    ///< worth a warning
+    refused,  ///< fails, and without it the run makes no sense: it is not started, unless the user insists
+    note
+  };
   Verdict verdict = Verdict::note;
   std::string condition;    ///< e.g. "strongly connected in every round"
   std::string evidence;     ///< e.g. "30 of 30 distinct graphs", or the first round where it fails

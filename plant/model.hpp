@@ -18,10 +18,12 @@ struct PlantSetup {
   std::vector<Values> initial;     ///< by agent
 };
 
-/// One part per agent; the state of the whole is the agents' states one after the other, agent 1 first.
+/// One part per agent, of any size; the state of the whole is the agents' states one after the other, agent 1 first. Or (`shared`) one
+/// state that every agent observes, and the part of each is the whole.
 class PlantModel {
  public:
   virtual ~PlantModel() = default;
+  [[nodiscard]] virtual bool shared() const { return false; }
   [[nodiscard]] virtual const Layout& state_layout(AgentId agent) const = 0;  ///< names of the numbers of its state
   [[nodiscard]] virtual std::size_t control_size(AgentId agent) const = 0;
   [[nodiscard]] virtual std::size_t output_size(AgentId agent) const = 0;
@@ -29,8 +31,13 @@ class PlantModel {
   /// What an agent may know of its own dynamics: named matrices, such as A, B, C.
   [[nodiscard]] virtual Values knowledge(AgentId agent) const = 0;
 
-  /// y = h_i(x), noise-free; `x` is the state of agent i alone.
-  virtual void output(AgentId agent, Seconds t, std::span<const double> x, std::span<double> y) const = 0;
+  /// The whole plant at one moment.
+  struct Whole {
+    std::span<const double> x;
+    std::span<const char> active;  ///< by agent: 0 where it is absent, and acts on nobody
+  };
+  /// y = h_i(x), noise-free.
+  virtual void output(AgentId agent, Seconds t, const Whole& whole, std::span<double> y) const = 0;
 
   /// What acts on the plant during one step, held constant: by agent, one after the other.
   struct Input {

@@ -17,13 +17,17 @@ class Physics {
   [[nodiscard]] std::size_t agents() const { return parts_.size(); }
   [[nodiscard]] std::size_t control_size(AgentId i) const { return part(i).m; }
   [[nodiscard]] std::size_t measurement_size(AgentId i) const { return part(i).p; }
-  /// Names of the numbers of one agent's state, as reports carry it.
-  [[nodiscard]] const Layout& state_layout() const { return model_->state_layout(agent_at(0)); }
-  /// What agent i may know: the model's matrices and, where it senses others, `sensed`: whose outputs y_i holds, in order.
+  /// Names of the numbers of one agent's state, as reports carry it: those of the largest part.
+  [[nodiscard]] const Layout& state_layout() const { return model_->state_layout(largest_); }
+  [[nodiscard]] const Layout& state_layout(AgentId i) const { return model_->state_layout(i); }
+  /// One state that every agent observes.
+  [[nodiscard]] bool shared() const { return model_->shared(); }
+  /// What agent i may know: the model's matrices and, where it senses others, `sensed`: whose outputs y_i holds, in order. With relative
+  /// sensing: `relative`, whom it measures relative to itself, and `absolute` (1), missing where there is nobody or no origin.
   [[nodiscard]] Values knowledge(AgentId i) const;
   [[nodiscard]] bool present(AgentId i, Round k) const { return part(i).presence.holds(k); }
 
-  /// y_i(k) of the round that the state is in.
+  /// y_i(k) of the round that the state is in. What it would measure of an agent that is absent is kAbsent (relative sensing).
   void measure(AgentId i, std::span<double> y) const;
   /// Where u_i of the round goes before advance(); zero where nothing was written.
   [[nodiscard]] std::span<double> control(AgentId i) { return std::span(controls_).subspan(part(i).u, part(i).m); }
@@ -31,6 +35,8 @@ class Physics {
   void advance();
   [[nodiscard]] Round round() const { return k_; }
   [[nodiscard]] std::span<const double> state(AgentId i) const { return std::span(state_).subspan(part(i).x, part(i).n); }
+  /// The state of agent i as reports carry it, state_layout().size() numbers: those that a smaller part lacks are kAbsent.
+  void report_state(AgentId i, std::span<double> out) const;
 
  private:
   /// A signal ready to use.
@@ -47,6 +53,7 @@ class Physics {
   struct Part {
     std::size_t x, n, u, m, p;  // where state and control lie, and their lengths; length of the measurement
     std::vector<AgentId> sensed;
+    bool relative, absolute;
     Attendance presence;
     std::vector<Source> sources;
   };
@@ -55,6 +62,8 @@ class Physics {
   [[nodiscard]] Source source_of(AgentId i, const Signal& signal, std::size_t size) const;
   void add(AgentId i, const Source& source, std::span<double> to) const;
   void add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const;
+  void note_presence();
+  void measure_relative(AgentId i, std::span<double> y) const;
 
   std::string name_;
   std::shared_ptr<const PlantModel> model_;
@@ -62,7 +71,8 @@ class Physics {
   Seconds dt_;
   std::vector<Part> parts_;
   std::vector<double> state_, controls_, disturbances_, inputs_;
-  std::vector<char> active_;
+  std::vector<char> active_;  // by agent: it takes part in round k_
+  AgentId largest_;           // whose part has most states
   Round k_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include "core/nearest.hpp"
 #include "plant/models/integrator.hpp"
 #include "plant/models/linear.hpp"
+#include "plant/models/shared_linear.hpp"
 #include "plant/models/sine_drift.hpp"
 
 namespace consort {
@@ -10,7 +11,9 @@ namespace {
 
 template <class M>
 PlantEntry entry() {
-  return {M::name, M::summary, M::parameters, M::initial, &M::make};
+  std::span<const ValueDoc> couplings;
+  if constexpr (requires { M::couplings; }) couplings = M::couplings;
+  return {M::name, M::summary, M::parameters, M::initial, couplings, &M::make};
 }
 
 }  // namespace
@@ -19,6 +22,7 @@ std::span<const PlantEntry> plant_table() {
   static const std::array table{
       entry<Integrator>(),
       entry<Linear>(),
+      entry<SharedLinear>(),
       entry<SineDrift>(),
   };
   return table;

@@ -14,6 +14,7 @@ struct PlantEntry {
   std::string_view summary;  ///< one line, with the equation
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
+  std::span<const ValueDoc> couplings;  ///< what one agent's part may do to another's; empty: parts are not coupled
   /// Throws ConfigError (naming parameter or initial value, what was found, what is allowed).
   std::unique_ptr<PlantModel> (*make)(const PlantSetup& setup);
 };

@@ -96,7 +96,8 @@ void PlantRounds::note_states() {
     if (!(attendance.holds(k) && reported) && k != attendance.until) continue;
     wire::MemberReport& report = reports_[index];
     report.rounds.push_back(k);
-    report.estimates.insert(report.estimates.end(), state.begin(), state.end());
+    report.estimates.resize(report.estimates.size() + state_layout().size());
+    physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
     report.hashes.push_back(hashes_[index].value());
     report.counters.push_back({});
   }

@@ -1,5 +1,6 @@
 #include "sim/world.hpp"
 
+#include "core/announcements.hpp"
 #include "core/mailbox.hpp"
 
 #include <algorithm>
@@ -22,9 +23,13 @@ class World {
   void note_estimate(std::size_t i);
   void note_states();
   void begin_presence(Round k);
+  void tell(std::size_t i, Round k);
   void steer();
   [[nodiscard]] bool present(std::size_t i, Round k) const { return presence_.empty() || presence_[i].holds(k); }
   [[nodiscard]] Sense sense_of(std::size_t i, Round k) const;
+  [[nodiscard]] std::span<const Values* const> told_of(std::size_t i) const {
+    return told_.empty() ? std::span<const Values* const>() : std::span<const Values* const>(told_[i]);
+  }
 
   Seconds dt_;
   std::vector<Attendance> presence_;  // by agent; empty if everybody is there throughout
@@ -32,9 +37,12 @@ class World {
   Schedule::Segment segment_;
   std::vector<std::unique_ptr<Protocol>> protocols_;
   std::vector<Mailbox> mailboxes_;
+  std::vector<std::vector<Told>> to_learn_;       // by agent: what it is told later, the next one last
+  std::vector<std::vector<const Values*>> told_;  // by agent: what others announced; empty where nobody announces anything
   std::size_t message_size_ = 0, dimension_ = 0;
   std::optional<Physics> physics_;
   bool steers_ = false;
+  Truth truth_;
   std::vector<std::vector<double>> measurements_;  // by agent; empty without a plant
   std::vector<double> states_;                     // n x state dimension
   std::vector<HistoryHash> state_histories_;
@@ -47,12 +55,17 @@ class World {
 };
 
 World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed)
-    : dt_(experiment.dt), schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)) {
+    : dt_(experiment.dt), schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)), truth_(find_protocol(choice.name).truth) {
   AgentMaker maker(experiment, choice, seed);
   physics_ = maker.physics();
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
   const Graph support = schedule_.support(experiment.rounds);
+  if (find_protocol(choice.name).announces) {
+    to_learn_ = announcements(support, experiment.presence);
+    for (auto& list : to_learn_) std::stable_sort(list.begin(), list.end(), [](const Told& a, const Told& b) { return a.since > b.since; });
+    told_.assign(n, std::vector<const Values*>(n, nullptr));
+  }
   if (!experiment.presence.empty())
     for (std::size_t i = 0; i < n; ++i) presence_.push_back(experiment.presence_of(agent_at(i)));
   for (std::size_t i = 0; i < n; ++i) {
@@ -89,7 +102,16 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
 Sense World::sense_of(std::size_t i, Round k) const {
   const AgentId self = agent_at(i);
   const Graph& graph = *segment_.graph;
-  return {k, dt_, graph.in_neighbours(self), graph.out_degree(self), measurements_[i], self};
+  return {k, dt_, graph.in_neighbours(self), graph.out_degree(self), measurements_[i], self, told_of(i)};
+}
+
+/// What agent i has been told of others by round k.
+void World::tell(std::size_t i, Round k) {
+  told_[i][i] = &protocols_[i]->announcement();
+  for (auto& later = to_learn_[i]; !later.empty() && later.back().since <= k; later.pop_back()) {
+    const std::size_t j = index_of(later.back().from);
+    told_[i][j] = &protocols_[j]->announcement();
+  }
 }
 
 void World::note_states() {
@@ -97,9 +119,8 @@ void World::note_states() {
   const std::size_t size = physics_->state_layout().size();
   for (std::size_t i = 0; i < protocols_.size(); ++i) {
     if (!present(i, physics_->round())) continue;
-    const std::span<const double> state = physics_->state(agent_at(i));
-    std::copy(state.begin(), state.end(), states_.begin() + static_cast<std::ptrdiff_t>(i * size));
-    state_histories_[i].extend(state);
+    physics_->report_state(agent_at(i), std::span(states_).subspan(i * size, size));
+    state_histories_[i].extend(physics_->state(agent_at(i)));
   }
 }
 
@@ -125,6 +146,7 @@ void World::advance(Round k) {
   for (std::size_t i = 0; i < n; ++i) {
     if (!present(i, k)) continue;
     if (physics_) physics_->measure(agent_at(i), measurements_[i]);
+    if (!told_.empty()) tell(i, k);
     const Sense sense = sense_of(i, k);
     protocols_[i]->emit(sense, std::span(payloads_.data() + i * message_size_, message_size_));
     counters_[i].sent += sense.out_degree;
@@ -168,7 +190,8 @@ Trace World::empty_trace() const {
   trace.estimate_layout = protocols_.front()->estimate_layout();
   if (physics_) trace.state_layout = physics_->state_layout();
   trace.state_dimension = trace.state_layout.size();
-  trace.agrees_on_states = steers_;
+  trace.truth = truth_;
+  trace.agrees_on_states = steers_ && truth_ == Truth::none;
   return trace;
 }
 
@@ -196,7 +219,7 @@ std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
   const Values parameters = experiment_.parameters_of(choice_, agent);
   if (!physics_) return make_protocol(entry_, parameters, Setup{agent, experiment_.agents, experiment_.dt, initial}, std::nullopt);
   const Values model = physics_->knowledge(agent);
-  const Setup setup{agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent)};
+  const Setup setup{agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent), physics_->state_layout().size()};
   return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
 }
 
@@ -209,7 +232,7 @@ Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, See
     if (k % interval == 0 || k == experiment.rounds) {
       const RoundReport report = world.report(k);
       trace.add(report);
-      const bool over = stop.ends(report.k, trace.agreed(report), trace.agents, trace.agreed_dimension());
+      const bool over = stop.ends(report.k, [&] { return deviation(trace, report); });
       const bool wanted = !sink || sink(report);
       if (over || !wanted) break;
     }

@@ -17,7 +17,10 @@ class NonlinearParts : public PlantModel {
   [[nodiscard]] std::size_t control_size(AgentId) const override { return controls_; }
   [[nodiscard]] std::size_t output_size(AgentId) const override { return layout_.size(); }
   [[nodiscard]] Vector initial_state(AgentId i) const override { return initial_.at(index_of(i)); }
-  void output(AgentId, Seconds, std::span<const double> x, std::span<double> y) const override { std::copy(x.begin(), x.end(), y.begin()); }
+  void output(AgentId i, Seconds, const Whole& whole, std::span<double> y) const override {
+    const std::span<const double> x = whole.x.subspan(index_of(i) * layout_.size(), layout_.size());
+    std::copy(x.begin(), x.end(), y.begin());
+  }
 
   void advance(Seconds t, const Input& input, std::span<double> x) const override {
     const std::size_t n = layout_.size();
