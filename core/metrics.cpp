@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/metrics_control.hpp"
+#include "core/metrics_estimation.hpp"
 #include "core/metrics_gains.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
@@ -103,6 +104,14 @@ constexpr std::array kTable{
         "consensus_time",
         "s, from when (since the last agent joined) the ranges of all state components add up to the stop rule's disagreement (0.01)",
         consensus_time},
+    MetricEntry{"error", "estimators: norm of all agents' final errors; error.<agent>, error.<agent>.<field> of one agent's", final_error},
+    MetricEntry{"error_relative", "estimators: that, divided by the norm of what is estimated", relative_error},
+    MetricEntry{"error_peak", "estimators: largest error of a component in the second half of the run", error_peak},
+    MetricEntry{"rmse", "estimators: root mean square error of a component in the second half of the run; rmse.<agent> of one agent's", rmse},
+    MetricEntry{"nees",
+                "estimators with a covariance P: mean of e^T P^-1 e in the second half (Bar-Shalom, Li, Kirubarajan 2001, 5.4.2); "
+                "nees_low, nees_high: its 95 % bounds over the runs",
+                nees},
     MetricEntry{"gain_min", "smallest final coupling gain among the agents that hear somebody", gain_min},
     MetricEntry{"gain_mean", "mean of those", gain_mean},
     MetricEntry{"gain_max", "largest of those", gain_max},

@@ -93,7 +93,7 @@ struct Layouts {
   AgentId agent;
   std::uint32_t epoch = 0;
   Layout message, estimate;
-  Values announcement;
+  Values announcement = {};
 };
 
 /// Views: `values` is valid during the call it is handed to.

@@ -90,7 +90,7 @@ Results::Results(const Experiment& experiment, std::filesystem::path output) : e
     protocols_.back().result.name = choice.name;
   }
   if (experiment_.metrics.empty()) return;
-  for (const char* shown : {"consensus_value", "centralised_value", "bias", "disagreement", "rounds_to_convergence"}) {
+  for (const char* shown : {"consensus_value", "centralised_value", "bias", "disagreement", "error", "rounds_to_convergence"}) {
     if (std::find(experiment_.metrics.begin(), experiment_.metrics.end(), shown) == experiment_.metrics.end())
       experiment_.metrics.emplace_back(shown);
   }

@@ -56,7 +56,7 @@ class Rows {
 
   std::vector<Row> all() {
     std::set<std::string> seen;
-    for (const char* first : {"consensus_value", "centralised_value", "bias", "disagreement", "rounds_to_convergence"})
+    for (const char* first : {"consensus_value", "centralised_value", "bias", "disagreement", "error", "rounds_to_convergence"})
       add_metric(first, seen);
     for (const MetricEntry& entry : metric_table()) {
       const std::string name(entry.name);
