@@ -36,8 +36,9 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
   members_.reserve(members.size());
   for (const wire::Member& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
-    auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters),
-                               Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements, run.largest_state});
+    auto protocol =
+        entry.make(run.parameters.overridden_by(assigned.parameters),
+                   Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements, run.largest_state});
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
@@ -61,6 +62,9 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
                         .hash = {},
                         .counters = {},
                         .k = assigned.presence.from,
+                        .in_neighbours = {},
+                        .remaining = {},
+                        .given_up = {},
                         .topology = nullptr});
     std::vector<Told>& to_learn = members_.back().to_learn;
     std::stable_sort(to_learn.begin(), to_learn.end(), [](const Told& a, const Told& b) { return a.since > b.since; });
@@ -142,19 +146,58 @@ void Lockstep::find_topology(Member& member) const {
 
 Sense Lockstep::sense_of(const Member& member) const {
   const Graph& graph = member.topology->graph;
+  std::size_t out_degree = graph.out_degree(member.id);
+  for (const AgentId gone : gone_) out_degree -= graph.has({member.id, gone}) ? 1 : 0;
   return {.k = member.k,
           .dt = dt_,
-          .in_neighbours = graph.in_neighbours(member.id),
-          .out_degree = graph.out_degree(member.id),
+          .in_neighbours = member.in_neighbours,
+          .out_degree = out_degree,
           .y = member.y,
           .self = member.id,
           .told = member.told};
 }
 
+/// Whom the member hears in its round: the in-neighbours of the topology, without those that are gone and have not been heard.
+void Lockstep::find_neighbours(Member& member) const {
+  member.in_neighbours = member.topology->graph.in_neighbours(member.id);
+  if (gone_.empty()) return;
+  const auto contains = [](const std::vector<AgentId>& agents, AgentId id) {
+    return std::find(agents.begin(), agents.end(), id) != agents.end();
+  };
+  member.remaining.clear();
+  for (const Neighbour& neighbour : member.in_neighbours) {
+    if (contains(gone_, neighbour.id)) {
+      if (contains(member.given_up, neighbour.id)) continue;
+      if (!member.mailbox.heard(neighbour.id, member.k)) {
+        member.given_up.push_back(neighbour.id);
+        continue;
+      }
+    }
+    member.remaining.push_back(neighbour);
+  }
+  member.in_neighbours = member.remaining;
+}
+
+void Lockstep::depart(std::span<const AgentId> agents) {
+  for (const AgentId agent : agents)
+    if (member_of_[index_of(agent)] == kNobody && !std::binary_search(gone_.begin(), gone_.end(), agent))
+      gone_.insert(std::upper_bound(gone_.begin(), gone_.end(), agent), agent);
+  for (std::uint32_t index = 0; index < members_.size(); ++index) {
+    Member& member = members_[index];
+    if (!member.emitted) continue;
+    find_neighbours(member);
+    member.missing = member.mailbox.missing(member.k, member.in_neighbours);
+    if (member.missing == 0) ready_.push_back(index);
+  }
+}
+
 /// Gives one message to one member; notes when that was the last one its round waited for.
 void Lockstep::deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload) {
   if (member.mailbox.post(from, round, payload) != Mailbox::Post::accepted) return;
-  if (round != member.k || !member.emitted || !member.topology->graph.has({from, member.id})) return;
+  if (round != member.k || !member.emitted) return;
+  const auto at = std::lower_bound(member.in_neighbours.begin(), member.in_neighbours.end(), from,
+                                   [](const Neighbour& neighbour, AgentId id) { return neighbour.id < id; });
+  if (at == member.in_neighbours.end() || at->id != from) return;
   if (--member.missing == 0) ready_.push_back(index);
 }
 
@@ -169,6 +212,7 @@ void Lockstep::emit(std::size_t index) {
   Member& member = members_[index];
   if (member.k >= member.topology_until || member.topology_until == 0) find_topology(member);
   tell(member);
+  find_neighbours(member);
   const Sense sense = sense_of(member);
   member.protocol->emit(sense, member.payload);
   member.counters.sent += sense.out_degree;
@@ -252,6 +296,7 @@ void Lockstep::finish_round(std::size_t index) {
     while (!measured_.empty() && measured_.front().round < slowest_round) measured_.pop_front();
   }
   report_state(member);
+  if (member.k == member.attendance.until) ++left_;
   if (member.k == std::min(report_at_, member.attendance.until) && ++reached_report_ == members_.size()) report_due_ = true;
 }
 
@@ -302,7 +347,7 @@ Lockstep::Progress Lockstep::slowest() const {
     progress.for_measurement = !left(*member) && member->k < until_ && (member->measurements > 0 || act_);
     return progress;
   }
-  for (const Neighbour& neighbour : member->topology->graph.in_neighbours(member->id)) {
+  for (const Neighbour& neighbour : member->in_neighbours) {
     if (!member->mailbox.heard(neighbour.id, member->k)) progress.waiting_for.push_back(neighbour.id);
   }
   return progress;

@@ -33,12 +33,16 @@ class Lockstep {
   void receive(const wire::Measurement& measurement);
   /// Takes what an agent announced. Before a round runs, everything must be here that its members are told by then.
   void learn(AgentId agent, const Values& announcement);
+  /// These agents, none of them a member, are gone: what has come of them still counts; nobody waits for them.
+  void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
   void advance();
 
   /// Every member has reached the grant's report point since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
   std::vector<wire::MemberReport> take_reports();
+  /// Every member has left: no round is to come.
+  [[nodiscard]] bool over() const { return left_ == members_.size(); }
   [[nodiscard]] std::vector<wire::LinkReport> links() const;
   [[nodiscard]] const Protocol& protocol(std::size_t member) const { return *members_[member].protocol; }
 
@@ -84,6 +88,9 @@ class Lockstep {
     Round k = 0;
     bool emitted = false;                      // this round's message is out
     std::size_t missing = 0;                   // messages of round k still to come, once emitted
+    std::span<const Neighbour> in_neighbours;  // of round k, once emitted
+    std::vector<Neighbour> remaining;          // where they lie if somebody is gone
+    std::vector<AgentId> given_up;             // who is gone and was not heard in a round that is over or waited for
     std::shared_ptr<const Topology> topology;  // of round k, valid below topology_until
     Round topology_until = 0;
   };
@@ -94,6 +101,7 @@ class Lockstep {
   void steer(std::size_t index);
   [[nodiscard]] Sense sense_of(const Member& member) const;
   void tell(Member& member) const;
+  void find_neighbours(Member& member) const;
   void emit(std::size_t index);
   void finish_round(std::size_t index);
   void report_state(Member& member);
@@ -108,7 +116,9 @@ class Lockstep {
   std::vector<std::uint32_t> member_of_;               // agent index -> member, or kNobody
   std::vector<std::vector<std::uint32_t>> listeners_;  // agent index -> members that may ever hear it
   std::map<AgentId, Values> announced_;
-  std::vector<std::uint32_t> ready_;                   // members that may be able to go on
+  std::vector<AgentId> gone_;         // ascending
+  std::size_t left_ = 0;              // members whose time is over
+  std::vector<std::uint32_t> ready_;  // members that may be able to go on
   std::deque<Segment> segments_;
   std::vector<std::shared_ptr<const Topology>> graphs_;  // by number; the orchestrator reuses numbers
   std::deque<Measured> measured_;                        // ascending; from the slowest member's round on

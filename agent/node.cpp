@@ -99,6 +99,15 @@ void Node::on_measurement(const wire::Measurement& measurement) {
   });
 }
 
+void Node::depart(std::span<const AgentId> agents) {
+  gone_.insert(agents.begin(), agents.end());
+  for (const AgentId agent : agents) greeted_by_.erase(agent);  // who comes back has to greet again
+  wake_.notify_one();
+  if (!lockstep_) return;
+  lockstep_->depart(agents);
+  lockstep_->advance();
+}
+
 void Node::on_announcement(wire::Layouts&& layouts) {
   guarded([&] {
     if (std::binary_search(options_.agents.begin(), options_.agents.end(), layouts.agent)) return;  // our own, come back
@@ -134,7 +143,8 @@ void Node::serve(Lock& lock) {
   while (true) {
     const auto has_work = [&] {
       return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-             (lockstep_ && !finish_ && lockstep_->report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet()) || !to_pass_on_.empty();
+             (lockstep_ && !finish_ && (lockstep_->report_due() || lockstep_->over())) || met_until() > ready_until_ ||
+             (!greeted_ && may_greet()) || !to_pass_on_.empty();
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
     if ((granted_ && !somebody_joins()) || (information_.empty() && !actuations_))
@@ -151,6 +161,7 @@ void Node::serve(Lock& lock) {
       ready_until_ = until;
       announce(lock, wire::State::ready);
     }
+    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);
     if (lockstep_ && !finish_ && lockstep_->report_due()) send_reports(lock, false);
     if (finish_ && !finished_) {
       finished_ = true;
@@ -165,6 +176,7 @@ void Node::begin_run(Lock& lock) {
   epoch_ = newest_epoch_;
   ready_until_ = 0;
   finish_ = finished_ = granted_ = false;
+  gone_.clear();
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
   const std::uint32_t process = options_.agents.front().value;
@@ -310,9 +322,10 @@ void Node::meet_plant(Lock& lock) {
   if (created) actuations_.emplace(std::move(*created));
 }
 
-/// Everybody who reads us from the start has been found.
+/// Everybody who reads us from the start has been found; where somebody is gone, who is left can only be tried.
 bool Node::may_greet() const {
   if (!lockstep_ || (information_.empty() && !actuations_) || (actuations_ && !plant_found_)) return false;
+  if (!gone_.empty()) return true;
   return std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
     const auto readers = readers_of_.find(member.agent);
     return member.remote_readers == 0 || (readers != readers_of_.end() && readers->second >= member.remote_readers);
@@ -346,14 +359,14 @@ Round Node::met_until() const {
     for (const Told& told : member.told) {
       const auto announced = announced_.find(told.from);
       const bool here = std::binary_search(options_.agents.begin(), options_.agents.end(), told.from);
-      if (here || (announced != announced_.end() && announced->second.epoch == epoch_)) continue;
+      if (here || gone_.contains(told.from) || (announced != announced_.end() && announced->second.epoch == epoch_)) continue;
       if (told.since <= first) return 0;
       until = std::min(until, told.since);
     }
   }
   if (greeted_by_.size() == heard_remotely_.size()) return until;
   for (const AgentId agent : heard_remotely_) {
-    if (greeted_by_.contains(agent)) continue;
+    if (greeted_by_.contains(agent) || gone_.contains(agent)) continue;
     const auto joining = run.joining.find(agent);
     if (joining == run.joining.end() || joining->second <= first) return 0;
     until = std::min(until, joining->second);
@@ -366,6 +379,18 @@ void Node::send_reports(Lock& lock, bool last) {
   if (last) telemetry.links = lockstep_->links();
   lock.unlock();
   telemetry_.write(telemetry);
+  lock.lock();
+}
+
+/// All agents here have left the run: says the last word, sees that it arrives, and ends.
+void Node::take_leave(Lock& lock) {
+  constexpr double kPatience = 10.0;  // s
+  send_reports(lock, true);
+  lock.unlock();
+  for (auto& [agent, writer] : information_) writer.wait_for_acknowledgments(kPatience);
+  if (announcements_) announcements_->wait_for_acknowledgments(kPatience);
+  if (actuations_) actuations_->wait_for_acknowledgments(kPatience);
+  telemetry_.wait_for_acknowledgments(kPatience);
   lock.lock();
 }
 

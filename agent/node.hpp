@@ -34,6 +34,7 @@ class Node : public RunMember {
   void on_greeting(AgentId sender);
   void on_measurement(const wire::Measurement& measurement);
   void on_announcement(wire::Layouts&& layouts);
+  void depart(std::span<const AgentId> agents) override;
 
   // Called on the main thread.
   void serve(Lock& lock);
@@ -43,6 +44,7 @@ class Node : public RunMember {
   void meet_announcers(Lock& lock);
   void pass_on(Lock& lock);
   void send_reports(Lock& lock, bool last);
+  void take_leave(Lock& lock);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   void greet();
   [[nodiscard]] bool may_greet() const;
@@ -61,9 +63,10 @@ class Node : public RunMember {
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
 
-  std::map<AgentId, std::size_t> readers_of_;  // matched reader processes, by hosted agent that is heard elsewhere
+  std::map<AgentId, std::size_t> readers_of_;  // reader processes matched so far, by hosted agent that is heard elsewhere
   std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending
   std::set<AgentId> greeted_by_;               // those of them whose greeting has come: the connection works
+  std::set<AgentId> gone_;                     // nobody waits to meet them
   bool greeted_ = false;                       // everybody who reads us now has been greeted
   bool granted_ = false;                       // rounds of this epoch have been granted: only who joins on the way needs a greeting
   bool plant_found_ = false;                   // it reads our actuation

@@ -15,6 +15,8 @@ namespace consort {
 
 enum class Mode { simulate, lockstep };
 enum class Discovery { automatic, multicast, neighbours };
+/// What an agent's death that nobody planned does to the run.
+enum class AgentLoss { abort, go_on };
 
 /// A number source for a per-agent quantity. A file has been read into a list by then.
 struct PerAgent {
@@ -127,6 +129,7 @@ struct Experiment {
   LinkModel links;
   std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
+  AgentLoss on_agent_loss = AgentLoss::abort;
   std::optional<Convergence> convergence;
   Seconds deadline = 300.0;           ///< wall clock, for the whole run
   std::optional<Round> report_every;  ///< nullopt: chosen by report_interval()

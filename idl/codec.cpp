@@ -491,16 +491,17 @@ Grant decode(const consort_wire_Grant& in) {
   return out;
 }
 
-consort_wire_Command encode(const Command& in, Arena&) {
+consort_wire_Command encode(const Command& in, Arena& arena) {
   consort_wire_Command out{};
   out.epoch = in.epoch;
   out.kind = static_cast<std::uint8_t>(in.order);
+  out.agents = ids<decltype(out.agents)>(in.agents, arena);
   return out;
 }
 
 Command decode(const consort_wire_Command& in) {
-  require(in.kind <= static_cast<std::uint8_t>(Order::shutdown), "kind");
-  return {in.epoch, static_cast<Order>(in.kind)};
+  require(in.kind <= static_cast<std::uint8_t>(Order::departed), "kind");
+  return {in.epoch, static_cast<Order>(in.kind), agent_ids(in.agents, "agents")};
 }
 
 consort_wire_Layout encode(const Layouts& in, Arena& arena) {

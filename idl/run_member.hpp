@@ -29,6 +29,9 @@ class RunMember {
   explicit RunMember(bool launched) : launched_(launched) {}
   ~RunMember() = default;
 
+  /// These agents are gone; called under the lock.
+  virtual void depart(std::span<const AgentId> agents) = 0;
+
   /// Runs under the lock; a failure is kept for the main thread.
   template <class Work>
   void guarded(Work&& work) {
@@ -52,6 +55,9 @@ class RunMember {
           break;
         case wire::Order::shutdown:
           shutdown_ = true;
+          break;
+        case wire::Order::departed:
+          if (command.epoch == epoch_ && !finish_) depart(command.agents);
           break;
       }
       wake_.notify_one();

@@ -222,6 +222,10 @@ void AnnouncementWriter::write(const Layouts& value) {
   impl_->writer.write(encode(value, arena));
 }
 
+bool AnnouncementWriter::wait_for_acknowledgments(double seconds) {
+  return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
+}
+
 struct AnnouncementReader::Impl : Reader<Layouts>::Impl {
   using Reader<Layouts>::Impl::Impl;
 };
@@ -242,7 +246,7 @@ struct InformationWriter::Impl {
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
                dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(),
                {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-                 on_matched(status.current_count());
+                 on_matched(status.total_count());
                }}) {}
   AgentId agent;
   dds::pub::DataWriter<Wire> writer;
@@ -256,6 +260,10 @@ InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
 
 void InformationWriter::write(std::uint32_t epoch, Round round, std::span<const double> values) {
   impl_->writer.write(encode(Information{epoch, impl_->agent, round, values}));
+}
+
+bool InformationWriter::wait_for_acknowledgments(double seconds) {
+  return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
 }
 
 struct InformationReader::Burst::Impl {
@@ -348,6 +356,11 @@ LoopWriter<T>::LoopWriter(LoopWriter&&) noexcept = default;
 template <class T>
 void LoopWriter<T>::write(const T& value) {
   impl_->writer.write(encode(value));
+}
+
+template <class T>
+bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
+  return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
 }
 
 template <class T>

@@ -75,10 +75,11 @@ struct Grant {
   std::vector<Segment> segments;
 };
 
-enum class Order : std::uint8_t { status, finish, shutdown };
+enum class Order : std::uint8_t { status, finish, shutdown, departed };
 struct Command {
   std::uint32_t epoch = 0;
   Order order = Order::status;
+  std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending
 };
 
 /// A view: `values` is valid during the call it is handed to.
@@ -184,6 +185,8 @@ class AnnouncementWriter {
   ~AnnouncementWriter();
   AnnouncementWriter(AnnouncementWriter&&) noexcept;
   void write(const Layouts& value);
+  /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
+  bool wait_for_acknowledgments(double seconds);
 
  private:
   struct Impl;
@@ -204,13 +207,16 @@ class AnnouncementReader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// One agent's Information, in that agent's partition. `on_matched(n)`: now n readers (processes) are matched.
+/// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes) have been matched so far; those that have
+/// left count.
 class InformationWriter {
  public:
   InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched);
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
   void write(std::uint32_t epoch, Round round, std::span<const double> values);
+  /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
+  bool wait_for_acknowledgments(double seconds);
 
  private:
   struct Impl;
@@ -254,6 +260,8 @@ class LoopWriter {
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;
   void write(const T& value);
+  /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
+  bool wait_for_acknowledgments(double seconds);
 
  private:
   struct Impl;

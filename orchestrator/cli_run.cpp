@@ -1,5 +1,7 @@
+#include "agent/registry.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
+#include "orchestrator/findings.hpp"
 #include "orchestrator/host.hpp"
 #include "orchestrator/progress.hpp"
 #include "orchestrator/record.hpp"
@@ -11,6 +13,7 @@
 #include <sys/random.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -128,6 +131,7 @@ class RunVerb : public Verb {
   void check_options() const;
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
+  [[nodiscard]] std::vector<Finding> examined() const;
   void conclude(const Summary& summary) const;
 
   std::vector<std::string> command_line_;
@@ -136,7 +140,7 @@ class RunVerb : public Verb {
   ScriptOverrides overrides_;
   std::optional<int> domain_;
   std::vector<std::uint32_t> external_;
-  bool json_ = false, quiet_ = false;
+  bool json_ = false, quiet_ = false, force_ = false;
 
   Experiment experiment_;
   std::filesystem::path output_;
@@ -150,7 +154,8 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       "run an experiment\n"
       "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
       "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
-      "estimate (record.sqlite, see `consort export`) and one log per process (logs/). What the command line says wins over the file.",
+      "estimate (record.sqlite, see `consort export`), what theory says of estimators (theory.json) and one log per process (logs/). What "
+      "the command line says wins over the file.",
       {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
        {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
         "A hundred simulations on all cores: mean ± std of each metric."},
@@ -178,6 +183,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       ->type_name("DIR");
   app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table.");
   app_.add_flag("--quiet", quiet_, "Nothing on standard error but mistakes and failures.");
+  app_.add_flag("--force", force_, "Run also what theory refuses: estimators that cannot see what they are to estimate, for example.");
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
   app_.add_option("--domain", domain_, "DDS domain, 0 to 230. Default: derived from the name.")->type_name("D")->check(CLI::Range(0, 230));
@@ -227,12 +233,21 @@ RunOptions RunVerb::options() const {
   return options;
 }
 
+/// What theory says, where it may keep the run from starting: of estimators.
+std::vector<Finding> RunVerb::examined() const {
+  const bool estimates = std::any_of(experiment_.protocols.begin(), experiment_.protocols.end(),
+                                     [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
+  return estimates ? examine(experiment_) : std::vector<Finding>{};
+}
+
 Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
 
 Exit RunVerb::execute() {
   if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : Mode::lockstep;
   experiment_ = load_experiment(file_, overrides_);
   check_options();
+  const std::vector<Finding> findings = examined();
+  if (!force_) refuse_unsound(findings);
   catch_signals();
   output_ = make_output();
   std::filesystem::create_directory(output_ / "logs");
@@ -240,6 +255,10 @@ Exit RunVerb::execute() {
   write_file(output_ / "host.json",
              host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
+  if (!findings.empty()) {
+    write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    scribe_->note(told(findings));
+  }
   const RunOptions run_options = options();
   if (run_options.external_plant)
     scribe_->note(fmt::format("waiting for the plant: consort-plant --run {} --domain {}", run_options.run_name, run_options.domain));

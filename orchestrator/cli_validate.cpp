@@ -1,25 +1,19 @@
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 
+#include "orchestrator/findings.hpp"
 #include "orchestrator/portrait.hpp"
 #include "orchestrator/script.hpp"
-#include "orchestrator/theory.hpp"
 #include "sim/world.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
-#include <array>
 #include <filesystem>
 
 namespace consort {
 namespace {
-
-const char* word_of(Finding::Verdict verdict) {
-  constexpr std::array kWords{"holds", "fails", "refused", "note"};
-  return kWords[static_cast<std::size_t>(verdict)];
-}
 
 nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<Finding>& findings) {
   nlohmann::ordered_json json;
@@ -37,12 +31,7 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
   if (experiment.plant) json["plant"] = experiment.plant->model;
   json["metrics"] = experiment.metrics;
   json["criteria"] = experiment.criteria;
-  json["findings"] = nlohmann::ordered_json::array();
-  for (const Finding& finding : findings)
-    json["findings"].push_back({{"verdict", word_of(finding.verdict)},
-                                {"condition", finding.condition},
-                                {"evidence", finding.evidence},
-                                {"consequence", finding.consequence}});
+  json["findings"] = to_json(findings);
   return json;
 }
 
@@ -63,7 +52,8 @@ class ValidateVerb : public Verb {
         "Reads FILE as `consort run` would, without running it. Prints what it says, a picture of who hears whom (up to 24 agents), and "
         "the "
         "conditions that theory asks of the topology schedule: connectivity in every round or over a window, balance, and what follows for "
-        "each protocol. A condition that fails is a finding, not an error.",
+        "each protocol. A condition that fails is a finding, not an error; one that is marked refused keeps `consort run` from starting, "
+        "unless it is told to --force.",
         {{"consort validate experiments/meet_for_dinner.yaml", "The experiment in one page."},
          {"consort validate ring.yaml --json | jq '.findings[] | select(.verdict == \"fails\")'", "Only what theory warns of."}},
         {{"0", "the file is valid"}, {"2", "it is not; the text names file, line, column, what was found and what is allowed"}});

@@ -44,7 +44,20 @@ Collector::Half Collector::new_half(Round k, std::size_t dimension, const std::m
 }
 
 Collector::Row Collector::new_row(Round k) const {
-  return {new_half(k, dimension_, last_agents_), state_dimension_ > 0 ? new_half(k, state_dimension_, last_plant_) : Half{}};
+  Half agents = new_half(k, dimension_, last_agents_);
+  for (const auto& [agent, gone] : departed_)
+    if (k >= gone.from) fill_absent(agents, agent, gone.last);
+  return {std::move(agents), state_dimension_ > 0 ? new_half(k, state_dimension_, last_plant_) : Half{}};
+}
+
+void Collector::depart(std::span<const AgentId> agents) {
+  for (const AgentId agent : agents) {
+    const auto newest = newest_.find(agent);
+    const Departed gone = newest == newest_.end() ? Departed{0, {HistoryHash{}.value(), {}}} : newest->second;
+    if (!departed_.emplace(agent, gone).second) continue;
+    for (std::size_t r = 0; r < rows_.size(); ++r)
+      if (round_of(first_ + r) >= gone.from) fill_absent(rows_[r].agents, agent, gone.last);
+  }
 }
 
 /// An agent has said its last word: it holds for every later round.
@@ -83,6 +96,7 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     std::copy_n(report.estimates.begin() + static_cast<std::ptrdiff_t>(r * dimension), dimension,
                 half.numbers.begin() + static_cast<std::ptrdiff_t>(agent * dimension));
     half.hashes[agent] = report.hashes[r];
+    if (!of_plant) newest_[report.agent] = {k + 1, {report.hashes[r], report.counters[r]}};
     half.counters[agent] = report.counters[r];
   }
 }
@@ -92,9 +106,12 @@ void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
     return row.agents.count == agents_ && (state_dimension_ == 0 || row.plant.count == agents_);
   };
   while (!rows_.empty() && complete(rows_.front())) {
-    const Row row = std::move(rows_.front());
+    Row row = std::move(rows_.front());
     rows_.pop_front();
     const Round k = round_of(first_++);
+    for (const auto& [agent, gone] : departed_)
+      if (k >= gone.from && state_dimension_ > 0)
+        std::fill_n(row.plant.numbers.begin() + static_cast<std::ptrdiff_t>(index_of(agent) * state_dimension_), state_dimension_, kAbsent);
     if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes})) return;
   }
 }

@@ -21,6 +21,8 @@ class Collector {
   /// Takes one agent's reports, or (`of_plant`) those of its part of the plant. What does not fit the run (unknown agent, wrong size, a
   /// round not reported, twice) is counted and left out.
   void add(const wire::MemberReport& report, bool of_plant = false);
+  /// These agents are gone: what they have reported counts; from then on they, and their parts of the plant, are absent.
+  void depart(std::span<const AgentId> agents);
   /// Calls `use` for every round that is complete now, ascending, until it returns false.
   void hand_on(const std::function<bool(const RoundReport&)>& use);
 
@@ -58,7 +60,13 @@ class Collector {
   Round rounds_, interval_;
   std::map<AgentId, Attendance> presence_;
   std::map<AgentId, Last> last_agents_, last_plant_;
-  std::size_t first_ = 0;  // number of rows_.front()
+  struct Departed {
+    Round from;
+    Last last;
+  };
+  std::map<AgentId, Departed> departed_;
+  std::map<AgentId, Departed> newest_;  // of each agent: the round after its newest report, and what that said
+  std::size_t first_ = 0;               // number of rows_.front()
   std::deque<Row> rows_;
   std::uint64_t left_out_ = 0;
 };

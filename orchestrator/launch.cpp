@@ -85,10 +85,11 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK);
-  posix_spawnattr_setpgroup(&attributes, group_);
   sigset_t none;
   sigemptyset(&none);
   posix_spawnattr_setsigmask(&attributes, &none);
+  if (alive_ == 0) group_ = 0;
+  posix_spawnattr_setpgroup(&attributes, group_);
   const SameAddresses same_addresses;
   pid_t pid = 0;
   const int failure = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environ);

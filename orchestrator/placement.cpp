@@ -20,13 +20,14 @@ Placement place(const Experiment& experiment) {
   placement.process_of.resize(n);
   std::size_t room = 0;  // in the newest process
   for (std::size_t index = 0; index < n; ++index) {
-    const Round first = experiment.presence_of(agent_at(index)).from;
+    const auto [first, until] = experiment.presence_of(agent_at(index));
     // Whoever joins together may share a process; nobody shares one with somebody who is there earlier.
     if (room == 0 || placement.processes.back().first != first) {
-      placement.processes.push_back({{}, {}, first});
+      placement.processes.push_back({{}, {}, first, until});
       room = experiment.agents_per_process;
     }
     --room;
+    placement.processes.back().until = std::max(placement.processes.back().until, until);
     placement.processes.back().agents.push_back(agent_at(index));
     placement.process_of[index] = placement.processes.size() - 1;
   }

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 namespace consort {
 namespace {
@@ -70,6 +71,7 @@ class JobRun {
     while (!over_) {
       session_.step([this](wire::Telemetry&& telemetry) { take(telemetry); });
       if (session_.interrupted()) break;
+      notice_losses();
       notice_stall();
       tell_remarks();
     }
@@ -123,11 +125,19 @@ class JobRun {
 
   void collect(const wire::Telemetry& telemetry) {
     if (telemetry.epoch != epoch_) return;
+    if (telemetry.last) {
+      last_words_.insert(telemetry.process);
+      for (const wire::LinkReport& link : telemetry.links) trace_.links.push_back({link.edge, link.delivered, link.lost});
+    }
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
   }
 
   void take(const wire::Telemetry& telemetry) {
     collect(telemetry);
+    hand_on();
+  }
+
+  void hand_on() {
     std::optional<Round> reached;
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;
@@ -140,6 +150,15 @@ class JobRun {
       return !over_;
     });
     if (!over_ && reached && *reached >= report_at_) grant_from(*reached);
+  }
+
+  /// Agents that died are absent from their last report on, and nobody waits for them.
+  void notice_losses() {
+    for (const Session::Loss& loss : session_.take_losses()) {
+      collector_->depart(loss.agents);
+      observer_.event(job_, trace_.last_round, "loss", loss.text);
+      hand_on();
+    }
   }
 
   void notice_stall() {
@@ -156,15 +175,9 @@ class JobRun {
   /// Ends the epoch: the agents report their links and are free for the next job.
   void finish() {
     session_.broadcast(wire::Command{epoch_, wire::Order::finish});
-    std::size_t last = 0;
     const auto begin = Clock::now();
-    while (last < session_.processes() && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0)) {
-      session_.step([&](wire::Telemetry&& telemetry) {
-        if (telemetry.epoch != epoch_ || !telemetry.last) return;
-        ++last;
-        for (const wire::LinkReport& link : telemetry.links) trace_.links.push_back({link.edge, link.delivered, link.lost});
-      });
-    }
+    while (!session_.all_among(last_words_) && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0))
+      session_.step([this](wire::Telemetry&& telemetry) { collect(telemetry); });
     std::sort(trace_.links.begin(), trace_.links.end());
   }
 
@@ -181,6 +194,7 @@ class JobRun {
   std::optional<Collector> collector_;
   GraphNumbers graphs_;
   Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, joined_ = 0;
+  std::set<std::uint32_t> last_words_;  // processes that have reported their links: the job is over for them
   Clock::time_point started_, last_news_;
   bool over_ = false, stall_told_ = false;
 };

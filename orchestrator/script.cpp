@@ -82,6 +82,10 @@ class TopLevel {
           out_.report_every = static_cast<Round>(*value);
     }
     static const std::array<std::string, 3> kDiscoveries{"auto", "multicast", "neighbours"};
+    static const std::array<std::string, 2> kLosses{"abort", "continue"};
+    if (const auto node = top_.find("on_agent_loss"); present(node))
+      if (const auto choice = read_choice(mistakes_, node, "on_agent_loss", kLosses))
+        out_.on_agent_loss = *choice == 0 ? AgentLoss::abort : AgentLoss::go_on;
     if (const auto node = top_.find("discovery"); present(node))
       if (const auto choice = read_choice(mistakes_, node, "discovery", kDiscoveries))
         out_.discovery = std::array{Discovery::automatic, Discovery::multicast, Discovery::neighbours}[*choice];

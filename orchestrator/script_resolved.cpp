@@ -239,6 +239,7 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
     out["stop"]["converged"][estimates ? "error" : "disagreement"] = number_text(experiment.convergence->within);
     out["stop"]["converged"]["for_rounds"] = experiment.convergence->for_rounds;
   }
+  out["on_agent_loss"] = experiment.on_agent_loss == AgentLoss::abort ? "abort" : "continue";
   out["stop"]["deadline"] = number_text(experiment.deadline);
   if (experiment.report_every) out["telemetry"]["every"] = *experiment.report_every;
   out["discovery"] = experiment.discovery == Discovery::multicast    ? "multicast"

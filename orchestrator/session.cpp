@@ -41,6 +41,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     if (plan.agents.size() > 1) state.name += "-" + std::to_string(plan.agents.back().value);
     state.external = is_external(plan);
     state.first = plan.first;
+    state.until = plan.until;
     states_.push_back(state);
     process_by_name_[plan.agents.front().value] = p;
   }
@@ -48,6 +49,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     ProcessState state;
     state.name = "plant";
     state.external = options_.external_plant;
+    state.until = Attendance{}.until;
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
@@ -123,6 +125,7 @@ std::size_t Session::hub_of(std::size_t process) const { return placement_.neigh
 std::uint16_t Session::port(std::size_t slot) const { return static_cast<std::uint16_t>(ports_->first() + kPortsPerProcess * slot); }
 
 void Session::broadcast(const wire::Grant& grant) {
+  granted_ = true;
   for (const auto& hub : hubs_) hub->grants.write(grant);
 }
 
@@ -161,6 +164,11 @@ std::vector<std::string> Session::arguments_of(std::size_t process) const {
   return arguments;
 }
 
+bool Session::all_among(const std::set<std::uint32_t>& names) const {
+  return std::all_of(process_by_name_.begin(), process_by_name_.end(),
+                     [&](const auto& process) { return !states_[process.second].started || names.contains(process.first); });
+}
+
 std::size_t Session::processes() const {
   return count([](const ProcessState& state) { return state.started; });
 }
@@ -191,7 +199,8 @@ void Session::launch(RunObserver& observer) {
 
 void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   for (std::size_t p = 0; p < slots(); ++p)
-    if (states_[p].first <= first) start(p);
+    if (states_[p].first <= first && states_[p].until > first) start(p);
+  if (!gone_.empty()) broadcast(wire::Command{epoch_, wire::Order::departed, gone_});  // whoever joins was not there to hear it
   const auto waits = [&](const ProcessState& state) {
     return state.started && (state.ready_epoch != epoch_ || state.ready_until <= first);
   };
@@ -211,7 +220,8 @@ wire::Member Session::member_of(AgentId agent, const Job& job) const {
   }
   member.presence = experiment_.presence_of(agent);
   for (const std::size_t reader : placement_.readers[index_of(agent)]) {
-    const Round first = placement_.processes[reader].first;
+    const auto& [agents, neighbours, first, until] = placement_.processes[reader];
+    if (until <= placement_.processes[process].first) continue;  // it has left by then
     if (first <= placement_.processes[process].first)
       ++member.remote_readers;
     else
@@ -291,6 +301,8 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   if (interrupted()) return;
   epoch_ = epoch;
   layouts_.clear();
+  granted_ = false;
+  gone_.clear();
   maker_.emplace(experiment_, experiment_.protocols[job.protocol], job.seed);
   protocol_ = &find_protocol(experiment_.protocols[job.protocol].name);
   told_.clear();
@@ -307,7 +319,10 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
     for (std::size_t p = 0; p < plant(); ++p) agents += states_[p].started ? placement_.processes[p].agents.size() : 0;
     return agents;
   };
-  while ((count(ready) < processes() || layouts_.size() < expected()) && !interrupted()) {
+  while (!interrupted()) {
+    for (std::size_t p = 0; p < slots(); ++p)
+      if (states_[p].first == 0) start(p);  // who left or died in the job before is needed again, and may be ending only now
+    if (count(ready) == processes() && layouts_.size() >= expected()) break;
     step({});
     if (job.number == 0) observer.launching(processes(), count(ready), processes());
   }
@@ -356,9 +371,10 @@ void Session::handle(wire::Presence&& presence) {
       state.status = std::move(presence);
       break;
     case wire::State::failed:
+      if (may_lose(at->second)) break;  // its process ends by itself
       throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_)
+      if (!leaving_ && state.until > experiment_.rounds && !may_lose(at->second))
         throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " +
                        std::to_string(presence.round));
       break;
@@ -367,7 +383,30 @@ void Session::handle(wire::Presence&& presence) {
 
 void Session::watch_children() {
   if (!children_ || leaving_) return;
-  if (const auto death = children_->next_death()) throw RunError(death->text());
+  while (const auto death = children_->next_death()) {
+    const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
+    const auto process = static_cast<std::size_t>(state - states_.begin());
+    const bool left = death->signal == 0 && death->exit_code == 0 && state->until <= experiment_.rounds;
+    if (!left && !may_lose(process)) throw RunError(death->text());
+    state->started = state->found = false;
+    state->ready_epoch = 0;
+    if (!left) lose(process, death->text());
+  }
+}
+
+/// The run goes on without this process, if it dies now.
+bool Session::may_lose(std::size_t process) const {
+  return experiment_.on_agent_loss == AgentLoss::go_on && granted_ && process != plant();
+}
+
+void Session::lose(std::size_t process, const std::string& text) {
+  const std::vector<AgentId>& agents = placement_.processes[process].agents;
+  gone_.insert(gone_.end(), agents.begin(), agents.end());
+  std::sort(gone_.begin(), gone_.end());
+  losses_.push_back({agents, text});
+  if (count([](const ProcessState& state) { return state.started; }) <= (has_plant() ? 1u : 0u))
+    throw RunError("every agent is gone; the last one: " + text);
+  broadcast(wire::Command{epoch_, wire::Order::departed, gone_});
 }
 
 std::string Session::names(const std::function<bool(const ProcessState&)>& which) const {

@@ -41,6 +41,12 @@ class Session {
   void step(const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Asks every process whom it waits for; a text for a person.
   std::string who_waits();
+  /// Agents that have died since the last call, in a run that goes on without them (`on_agent_loss: continue`), with a text for a person.
+  struct Loss {
+    std::vector<AgentId> agents;
+    std::string text;
+  };
+  std::vector<Loss> take_losses() { return std::exchange(losses_, {}); }
   /// What is worth keeping but ends no run: strangers, samples that were refused. Each is told once.
   std::vector<std::string> take_remarks();
   /// Ends the processes politely.
@@ -49,6 +55,8 @@ class Session {
   [[nodiscard]] bool interrupted() const { return options_.interrupt && options_.interrupt->load() != 0; }
   /// Processes started so far (or expected, where somebody starts them by hand); the plant is one.
   [[nodiscard]] std::size_t processes() const;
+  /// Are all processes that are running now among these (by lowest agent id; 0: the plant)?
+  [[nodiscard]] bool all_among(const std::set<std::uint32_t>& names) const;
   [[nodiscard]] RunLayouts layouts() const;
   void broadcast(const wire::Grant& grant);
   void broadcast(const wire::Command& command);
@@ -59,6 +67,7 @@ class Session {
     std::string name;
     bool external = false;
     Round first = 0;       // round in which it begins to take part
+    Round until = 0;       // round in which it takes part no more
     bool started = false;  // or expected, where it is external
     bool found = false;
     std::uint32_t ready_epoch = 0;
@@ -83,6 +92,8 @@ class Session {
   void push(News&& news);
   void handle(wire::Presence&& presence);
   void watch_children();
+  void lose(std::size_t process, const std::string& text);
+  [[nodiscard]] bool may_lose(std::size_t process) const;
   [[noreturn]] void time_out();
   [[nodiscard]] std::string names(const std::function<bool(const ProcessState&)>& which) const;
   [[nodiscard]] std::size_t count(const std::function<bool(const ProcessState&)>& which) const;
@@ -103,6 +114,9 @@ class Session {
   std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
   bool steers_ = false;                  // the job's agents steer the plant
   bool leaving_ = false;
+  bool granted_ = false;       // rounds of the job have been granted
+  std::vector<AgentId> gone_;  // lost in this job, ascending
+  std::vector<Loss> losses_;
   std::vector<std::string> remarks_;
   std::uint64_t rejected_told_ = 0;
 

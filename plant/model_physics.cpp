@@ -76,7 +76,8 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
     for (const Signal& signal : given.signals) {
       // The one state of all is disturbed once, by the first agent the disturbance names.
       const auto named_before = [&](const PlantPart& before) {
-        return std::any_of(before.signals.begin(), before.signals.end(), [&](const Signal& other) { return other.number == signal.number; });
+        return std::any_of(before.signals.begin(), before.signals.end(),
+                           [&](const Signal& other) { return other.number == signal.number; });
       };
       const auto here = task.parts.begin() + static_cast<std::ptrdiff_t>(index);
       if (model_->shared() && signal.on == Disturbance::On::state && std::any_of(task.parts.begin(), here, named_before)) continue;
@@ -88,6 +89,14 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
   disturbances_.resize(state_.size());
   inputs_.resize(controls_.size());
   active_.resize(parts_.size());
+  note_presence();
+}
+
+void Physics::depart(AgentId i) {
+  Attendance& presence = parts_.at(index_of(i)).presence;
+  presence.until = std::min(presence.until, k_);
+  const std::span<double> u = control(i);
+  std::fill(u.begin(), u.end(), 0.0);
   note_presence();
 }
 

@@ -25,7 +25,12 @@ class Physics {
   /// What agent i may know: the model's matrices and, where it senses others, `sensed`: whose outputs y_i holds, in order. With relative
   /// sensing: `relative`, whom it measures relative to itself, and `absolute` (1), missing where there is nobody or no origin.
   [[nodiscard]] Values knowledge(AgentId i) const;
+  /// Agent i is gone from the current round on: its part stands still, its control is zero, and it acts on nobody.
+  void depart(AgentId i);
   [[nodiscard]] bool present(AgentId i, Round k) const { return part(i).presence.holds(k); }
+
+  /// The first round in which agent i takes no part any more.
+  [[nodiscard]] Round leaves(AgentId i) const { return part(i).presence.until; }
 
   /// y_i(k) of the round that the state is in. What it would measure of an agent that is absent is kAbsent (relative sensing).
   void measure(AgentId i, std::span<double> y) const;

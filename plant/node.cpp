@@ -64,6 +64,13 @@ void PlantNode::on_actuation(const wire::Actuation& actuation) {
   });
 }
 
+void PlantNode::depart(std::span<const AgentId> agents) {
+  if (!rounds_) return;
+  rounds_->depart(agents);
+  rounds_->advance();
+  wake_.notify_one();
+}
+
 void PlantNode::run() {
   Lock lock(mutex_);
   announce(lock, wire::State::hello);
@@ -141,10 +148,12 @@ void PlantNode::meet_agents(Lock& lock) {
     if (measurements_.contains(process)) continue;  // only this thread changes the map
     created.emplace(process, wire::MeasurementWriter(participant_, process, [this, name = process](std::size_t n) {
                       guarded([&] {
-                        if (n > 0)
+                        if (n > 0) {
                           found_.insert(name);
-                        else
+                        } else {
                           found_.erase(name);
+                          greeted_by_.erase(name);  // whoever comes back has to greet again
+                        }
                         greeted_ = false;
                         wake_.notify_one();
                       });
@@ -174,7 +183,8 @@ Round PlantNode::met_until() const {
   if (!rounds_) return 0;
   Round until = std::numeric_limits<Round>::max();
   for (const auto& [process, first] : rounds_->processes())
-    if (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))) until = std::min(until, first);
+    if (rounds_->expects(process) && (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))))
+      until = std::min(until, first);
   return until;
 }
 

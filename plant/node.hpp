@@ -26,6 +26,7 @@ class PlantNode : public RunMember {
   void on_assignment(wire::PlantAssignment&& part);
   void on_grant(wire::Grant&& grant);
   void on_actuation(const wire::Actuation& actuation);
+  void depart(std::span<const AgentId> agents) override;
 
   // Called on the main thread.
   void serve(Lock& lock);

@@ -56,6 +56,19 @@ void PlantRounds::receive(const wire::Actuation& actuation) {
   --missing_;
 }
 
+void PlantRounds::depart(std::span<const AgentId> agents) {
+  std::map<std::uint32_t, bool> took_part;
+  for (const auto& [name, process] : processes_) took_part[name] = takes_part(process);
+  for (const AgentId agent : agents) physics_.depart(agent);
+  for (const auto& [name, process] : processes_)
+    if (steered_ && measured_ && took_part[name] && !process.acted && !takes_part(process)) --missing_;
+}
+
+bool PlantRounds::expects(std::uint32_t process) const {
+  const std::vector<AgentId>& agents = processes_.at(process).agents;
+  return std::any_of(agents.begin(), agents.end(), [this](AgentId i) { return physics_.leaves(i) > physics_.round(); });
+}
+
 void PlantRounds::measure() {
   const Round k = physics_.round();
   missing_ = 0;

@@ -23,6 +23,8 @@ class PlantRounds {
   void grant(const wire::Grant& grant);
   /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
   void receive(const wire::Actuation& actuation);
+  /// These agents are gone: nobody waits for their actuation. Their parts stand still, and go on being reported.
+  void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
   void advance();
 
@@ -33,6 +35,8 @@ class PlantRounds {
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
   /// Lowest ids of the processes, ascending, with the round in which each begins to take part.
   [[nodiscard]] const std::map<std::uint32_t, Round>& processes() const { return first_rounds_; }
+  /// Somebody of that process is still to take part.
+  [[nodiscard]] bool expects(std::uint32_t process) const;
   /// One of the agents whose actuation the round waits for, and how many processes it still waits for; 0: it waits for a grant.
   struct Progress {
     AgentId agent;

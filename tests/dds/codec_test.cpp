@@ -37,10 +37,12 @@ Assignment some_assignment() {
   member.model.set("A", Matrix::Identity(2, 2));
   member.measurements = 2;
   member.presence = {5, 80};
+  member.told = {{AgentId{1}, 5}, {AgentId{12}, 9}};
   LinkSpec late;
   late.delay_rounds = 9;
   member.links.overrides[{AgentId{1}, AgentId{3}}] = late;
-  in.plant = in.steers = true;
+  in.plant = in.steers = in.relays = true;
+  in.largest_state = 4;
   in.joining = {{AgentId{3}, 5}};
   Member deaf;
   deaf.agent = AgentId{4};
@@ -78,6 +80,9 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(*out.members[0].model.find("A"), Matrix(Matrix::Identity(2, 2)));
   EXPECT_EQ(out.members[0].measurements, 2u);
   EXPECT_EQ(out.members[0].presence, (Attendance{5, 80}));
+  EXPECT_EQ(out.members[0].told, in.members[0].told);
+  EXPECT_EQ(out.largest_state, 4u);
+  EXPECT_TRUE(out.relays);
   EXPECT_TRUE(out.plant && out.steers);
   EXPECT_EQ(out.joining, in.joining);
   EXPECT_EQ(out.members[0].links.overrides.at({AgentId{1}, AgentId{3}}).delay_rounds, 9u);
@@ -99,6 +104,7 @@ PlantAssignment some_plant_assignment() {
   part.parameters.set("order", 2.0);
   part.initial.set("position", 1.5);
   part.sensed = {AgentId{2}, AgentId{1}};
+  part.relative = part.absolute = true;
   part.presence = {4, 60};
   Signal signal;
   signal.on = Disturbance::On::input;
@@ -133,6 +139,7 @@ TEST(Codec, PlantAssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(part.parameters.scalar("order"), 2.0);
   EXPECT_EQ(part.initial.scalar("position"), 1.5);
   EXPECT_EQ(part.sensed, in.task.parts[0].sensed);
+  EXPECT_TRUE(part.relative && part.absolute);
   EXPECT_EQ(part.presence, (Attendance{4, 60}));
   const Signal& signal = part.signals.at(0);
   EXPECT_EQ(signal.on, Disturbance::On::input);
@@ -168,7 +175,10 @@ TEST(Codec, APlantAssignmentThatBreaksABoundIsRejected) {
   rejected([](PlantAssignment& in) { in.task.dt = 0.0; });
   rejected([](PlantAssignment& in) { in.report_interval = 0; });
   rejected([](PlantAssignment& in) { in.part = 2; });
-  rejected([](PlantAssignment& in) { in.task.parts[0].sensed.clear(); });
+  rejected([](PlantAssignment& in) {
+    in.task.parts[0].relative = in.task.parts[0].absolute = false;
+    in.task.parts[0].sensed.clear();
+  });
   rejected([](PlantAssignment& in) { in.task.parts[0].presence = {9, 9}; });
   rejected([](PlantAssignment& in) { in.task.parts[0].signals[0].hold_rounds = 0; });
   rejected([](PlantAssignment& in) { in.task.parts[0].signals[0].amplitude(0, 0) = std::numeric_limits<double>::quiet_NaN(); });
@@ -194,8 +204,13 @@ TEST(Codec, GrantSurvivesTheRoundTripWithAndWithoutWeights) {
 TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   Arena arena;
   EXPECT_EQ(decode(encode(Command{4, Order::finish}, arena)).order, Order::finish);
+  const std::vector<AgentId> gone{AgentId{2}, AgentId{7}};
+  EXPECT_EQ(decode(encode(Command{4, Order::departed, gone}, arena)).agents, gone);
+  Values model;
+  model.set("A", Matrix::Constant(2, 3, 0.5));
   const consort::Layout message{{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, estimate{{{"x", 2, 1}}, 0, 0};
-  const Layouts layouts = decode(encode(Layouts{AgentId{5}, 6, message, estimate}, arena));
+  const Layouts layouts = decode(encode(Layouts{AgentId{5}, 6, message, estimate, model}, arena));
+  EXPECT_EQ(*layouts.announcement.find("A"), *model.find("A"));
   EXPECT_EQ(layouts.message, message);
   EXPECT_EQ(layouts.estimate, estimate);
   Presence presence{3, 4, State::status, 99, "host", {AgentId{3}, AgentId{4}}, 17, AgentId{4}, {AgentId{1}}, std::string(600, 'n')};

@@ -1,3 +1,4 @@
+#include "core/discretise.hpp"
 #include "core/errors.hpp"
 #include "plant/model_physics.hpp"
 #include "plant/registry.hpp"
@@ -176,6 +177,115 @@ TEST(Sensing, OfNeighboursPutsOwnOutputFirst) {
   EXPECT_EQ(y, (std::vector<double>{3.0, 2.0, 4.0}));
   const Vector expected = (Vector(3) << 3, 2, 4).finished();
   EXPECT_EQ(Vector(physics.knowledge(AgentId{3}).vector("sensed")), expected);
+}
+
+TEST(Sensing, RelativeIsTheOthersOutputMinusTheOwn) {
+  PlantSpec plant = integrators(1, {1.0, 2.0, 4.0, 8.0});
+  plant.sensing = PlantSpec::Sensing::relative;
+  plant.relative = {{AgentId{1}, {AgentId{2}, AgentId{4}}}, {AgentId{3}, {AgentId{4}}}};
+  plant.absolute = {AgentId{1}};
+  Experiment e = with_plant(plant, 4, 0.1);
+  e.presence[AgentId{4}] = {0, 1};
+  Physics physics = physics_of(e);
+  ASSERT_EQ(physics.measurement_size(AgentId{1}), 3u);
+  ASSERT_EQ(physics.measurement_size(AgentId{2}), 0u);
+  std::vector<double> y(3);
+  physics.measure(AgentId{1}, y);
+  EXPECT_EQ(y, (std::vector<double>{1.0, 7.0, -1.0}));
+  EXPECT_EQ(physics.knowledge(AgentId{1}).vector("relative"), (Vector(2) << 2, 4).finished());
+  EXPECT_TRUE(physics.knowledge(AgentId{1}).has("absolute"));
+  EXPECT_FALSE(physics.knowledge(AgentId{2}).has("relative"));
+  physics.advance();
+  physics.measure(AgentId{1}, y);
+  EXPECT_EQ(y[0], 1.0);
+  EXPECT_TRUE(is_absent(y[1])) << "who has left is not measured";
+  EXPECT_EQ(y[2], -1.0);
+}
+
+/// Agents 1 (two states) and 2 (one state): x_1 acts on x_2' and y_2.
+PlantSpec coupled() {
+  PlantSpec plant;
+  plant.model = "linear";
+  plant.parameters.set("A", (Matrix(2, 2) << 0.2, 1.0, 0.0, -0.8).finished());
+  plant.overrides[AgentId{2}].parameters.set("A", -1.0);
+  plant.initial = {{"x", same(1.0)}};
+  Values acts;
+  acts.set("A", (Matrix(1, 2) << 0.8, 1.0).finished());
+  acts.set("C", (Matrix(1, 2) << 2.0, 3.0).finished());
+  plant.couplings = {{{AgentId{1}, AgentId{2}}, acts}};
+  return plant;
+}
+
+TEST(Linear, CoupledPartsMoveAsTheOneSystemTheyAre) {
+  Physics physics = physics_of(with_plant(coupled(), 2, 0.1));
+  Matrix A = Matrix::Zero(3, 3);
+  A << 0.2, 1.0, 0.0, 0.0, -0.8, 0.0, 0.8, 1.0, -1.0;
+  std::vector<double> y(1);
+  for (int k = 0; k < 30; ++k) {
+    const Vector expected = matrix_exponential(A, 0.1 * k + 1e-300) * Vector::Ones(3);
+    EXPECT_NEAR(state_of(physics, AgentId{1})[0], expected[0], 1e-12);
+    EXPECT_NEAR(state_of(physics, AgentId{2})[0], expected[2], 1e-12);
+    physics.measure(AgentId{2}, y);
+    EXPECT_NEAR(y[0], expected[2] + 2.0 * expected[0] + 3.0 * expected[1], 1e-12);
+    physics.advance();
+  }
+}
+
+TEST(Linear, WhoHasLeftActsOnNobody) {
+  Experiment e = with_plant(coupled(), 2, 0.1);
+  e.presence[AgentId{1}] = {0, 5};
+  Physics physics = physics_of(e);
+  for (int k = 0; k < 5; ++k) physics.advance();
+  const double x = state_of(physics, AgentId{2})[0];
+  std::vector<double> y(1);
+  physics.measure(AgentId{2}, y);
+  EXPECT_EQ(y[0], x);
+  physics.advance();
+  EXPECT_NEAR(state_of(physics, AgentId{2})[0], x * std::exp(-0.1), 1e-14);
+}
+
+TEST(Linear, PartsOfOtherSizesAreReportedSideBySide) {
+  const Physics physics = physics_of(with_plant(coupled(), 2, 0.1));
+  ASSERT_EQ(physics.state_layout().size(), 2u);
+  std::vector<double> reported(2);
+  physics.report_state(AgentId{2}, reported);
+  EXPECT_EQ(reported[0], 1.0);
+  EXPECT_TRUE(is_absent(reported[1]));
+}
+
+TEST(Linear, RefusesACouplingThatDoesNotFit) {
+  PlantSpec plant = coupled();
+  plant.couplings[0].values.set("A", 1.0);
+  try {
+    physics_of(with_plant(plant, 2, 0.1));
+    FAIL() << "a 1 x 1 coupling from an agent of two states was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("coupling 1 -> 2: A is 1 x 1; allowed: 1 x 2"), std::string::npos) << error.what();
+  }
+}
+
+TEST(SharedLinear, IsOneStateThatEverybodyObserves) {
+  PlantSpec plant;
+  plant.model = "shared_linear";
+  plant.parameters.set("A", (Matrix(2, 2) << 0.0, 1.0, -1.0, 0.0).finished());
+  plant.overrides[AgentId{1}].parameters.set("C", (Matrix(1, 2) << 1.0, 0.0).finished());
+  plant.overrides[AgentId{2}].parameters.set("B", (Matrix(2, 1) << 0.0, 1.0).finished());
+  plant.initial = {{"x", {PerAgent::Same{(Matrix(2, 1) << 1.0, 0.0).finished()}}}};
+  plant.disturbances = {{Disturbance::On::state, Disturbance::Constant{same(0.5)}, 1, {}}};
+  Physics physics = physics_of(with_plant(plant, 3, 0.1));
+  EXPECT_EQ(physics.measurement_size(AgentId{1}), 1u);
+  EXPECT_EQ(physics.measurement_size(AgentId{3}), 0u);
+  EXPECT_FALSE(physics.knowledge(AgentId{3}).has("C"));
+  EXPECT_EQ(physics.control_size(AgentId{2}), 1u);
+  physics.control(AgentId{2})[0] = 2.0;
+  physics.advance();
+  // x' = A x + (0, 2) + (0.5, 0.5), the disturbance once, not three times.
+  const Discrete step = discretise(*plant.parameters.find("A"), Matrix::Identity(2, 2), {}, 0.1);
+  const Vector expected = step.A * (Vector(2) << 1.0, 0.0).finished() + step.B * (Vector(2) << 0.5, 2.5).finished();
+  for (std::uint32_t i = 1; i <= 3; ++i) {
+    EXPECT_NEAR(state_of(physics, AgentId{i})[0], expected[0], 1e-14);
+    EXPECT_NEAR(state_of(physics, AgentId{i})[1], expected[1], 1e-14);
+  }
 }
 
 TEST(Presence, AnAbsentPartStandsStillUntilItJoins) {

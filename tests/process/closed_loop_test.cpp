@@ -138,6 +138,15 @@ TEST(Leaving, TheRestGoOnWithoutThem) {
   }
 }
 
+TEST(Leaving, EndsTheProcessAndTheNextRunOfTheSessionHasItBack) {
+  Experiment experiment = somebody_joins("events: [{round: 33, leave: 2}, {round: 100, join: 6}]");
+  experiment.rounds = 150;
+  experiment.runs = 3;
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+  experiment.discovery = Discovery::neighbours;
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
 TEST(Plant, ThatDivergesEndsTheRunNamingAgentRoundAndModel) {
   Experiment experiment = everything_disturbed();
   experiment.plant->model = "linear";

@@ -102,6 +102,46 @@ TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
   EXPECT_GT(run.estimates(), 0);
 }
 
+TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
+  // Slow enough that it runs when the agent dies, and comes to its end afterwards.
+  const std::string text = std::string(kEndless) + "on_agent_loss: continue\n";
+  for (const char* plant : {"", "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n"}) {
+    SCOPED_TRACE(plant);
+    Command run(text + plant);
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    const auto children = run.program->children();
+    const auto third = std::find_if(children.begin(), children.end(), [](pid_t pid) {
+      return text_of("/proc/" + std::to_string(pid) + "/cmdline")
+                 .find(std::string("--ids\0"
+                                   "3",
+                                   7)) != std::string::npos;
+    });
+    ASSERT_NE(third, children.end());
+    kill(*third, SIGKILL);
+    EXPECT_TRUE(eventually([&] { return run.program->err().find("loss in round") != std::string::npos; })) << run.program->err();
+    EXPECT_NE(run.program->err().find("agent-3"), std::string::npos) << run.program->err();
+    const long then = run.estimates();
+    EXPECT_TRUE(eventually([&] { return run.estimates() > then + 100; })) << "the rest go on; " << run.program->err();
+    run.program->signal(SIGTERM);
+    EXPECT_EQ(run.program->wait(60), 143) << run.program->err();
+    expect_none_left(children, 5);
+  }
+}
+
+TEST(Faults, WhoIsScheduledToLeaveEndsItsProcessAndTheRestFinish) {
+  const std::string text = std::string(kEndless) + "events: [{round: 3000, leave: 2}]\n";
+  Command run(text);
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  EXPECT_TRUE(eventually([&] { return run.program->children().size() == 5; })) << "the process of agent 2 goes on";
+  const long then = run.estimates();
+  EXPECT_TRUE(eventually([&] { return run.estimates() > then + 100; })) << run.program->err();
+  EXPECT_EQ(run.program->children().size(), 5u);
+  const auto children = run.program->children();
+  run.program->signal(SIGINT);
+  EXPECT_EQ(run.program->wait(60), 130) << run.program->err();
+  expect_none_left(children, 5);
+}
+
 /// The closed loop of six agents, without end.
 std::string endless_loop() { return std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n"; }
 
