@@ -53,7 +53,8 @@ template <class Spec>
 ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
   bool needs_plant = false;
   if constexpr (requires { Spec::needs_plant; }) needs_plant = Spec::needs_plant;
-  return {Spec::name, Spec::summary, Spec::source, Spec::assumptions, Spec::parameters, Spec::initial, announces, truth_of<Spec>(), needs_plant, make};
+  return {Spec::name,    Spec::summary, Spec::source,     Spec::assumptions, Spec::parameters,
+          Spec::initial, announces,     truth_of<Spec>(), needs_plant,       make};
 }
 
 template <template <int> class P>
@@ -64,9 +65,9 @@ ProtocolEntry entry() {
 /// A protocol whose sizes follow from the plant.
 template <class P>
 ProtocolEntry entry() {
-  return described<P>([](const Values& parameters, const Setup& setup) -> std::unique_ptr<Protocol> {
-    return std::make_unique<ProtocolOf<P>>(parameters, setup);
-  }, Announces<P>);
+  return described<P>([](const Values& parameters,
+                         const Setup& setup) -> std::unique_ptr<Protocol> { return std::make_unique<ProtocolOf<P>>(parameters, setup); },
+                      Announces<P>);
 }
 
 }  // namespace

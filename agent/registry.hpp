@@ -17,7 +17,7 @@ struct ProtocolEntry {
   std::string_view assumptions;  ///< what theory asks for, one line
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
-  bool announces = false;    ///< its agents tell everybody about themselves in their layout messages
+  bool announces = false;  ///< its agents tell everybody about themselves in their layout messages
   Truth truth = Truth::none;
   bool needs_plant = false;  ///< it measures or steers a plant, and an experiment without one is a mistake
   /// Throws ConfigError (naming parameter, what was found, what is allowed).

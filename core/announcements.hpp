@@ -16,8 +16,8 @@ struct Told {
   bool operator==(const Told&) const = default;
 };
 
-/// By agent: whose announcements reach it over the edges of `support`, ascending, itself left out. What an agent has heard it passes on while it
-/// takes part, so news goes round whenever somebody joins.
+/// By agent: whose announcements reach it over the edges of `support`, ascending, itself left out. What an agent has heard it passes on
+/// while it takes part, so news goes round whenever somebody joins.
 std::vector<std::vector<Told>> announcements(const Graph& support, const std::map<AgentId, Attendance>& presence);
 
 }  // namespace consort

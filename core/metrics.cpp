@@ -66,7 +66,8 @@ void spread(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, 
 void rounds_to_convergence(const Experiment& experiment, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
   const double threshold = experiment.convergence.value_or(Convergence{}).within;
   double first = std::numeric_limits<double>::quiet_NaN();
-  for (std::size_t report = trace.rounds.size(); report-- > 0 && deviation(trace, trace.report(report)) <= threshold;) first = trace.rounds[report];
+  for (std::size_t report = trace.rounds.size(); report-- > 0 && deviation(trace, trace.report(report)) <= threshold;)
+    first = trace.rounds[report];
   out["rounds_to_convergence"] = first;
 }
 
@@ -89,7 +90,8 @@ constexpr std::array kTable{
     MetricEntry{"disagreement", "largest distance between two agents' final estimates", final_disagreement},
     MetricEntry{"spread", "largest minus smallest final estimate, per component", spread},
     MetricEntry{"rounds_to_convergence",
-                "first reported round from which the disagreement (of estimators: the error) stays within the stop rule's (1e-3 without one); NaN: never",
+                "first reported round from which the disagreement (of estimators: the error) stays within the stop rule's (1e-3 without "
+                "one); NaN: never",
                 rounds_to_convergence},
     MetricEntry{"predicted_value", "what theory promises without disturbances (Knotek, thesis, (2.13); Zamani et al. 2014, (24))",
                 predicted_value},
@@ -107,7 +109,8 @@ constexpr std::array kTable{
     MetricEntry{"error", "estimators: norm of all agents' final errors; error.<agent>, error.<agent>.<field> of one agent's", final_error},
     MetricEntry{"error_relative", "estimators: that, divided by the norm of what is estimated", relative_error},
     MetricEntry{"error_peak", "estimators: largest error of a component in the second half of the run", error_peak},
-    MetricEntry{"rmse", "estimators: root mean square error of a component in the second half of the run; rmse.<agent> of one agent's", rmse},
+    MetricEntry{"rmse", "estimators: root mean square error of a component in the second half of the run; rmse.<agent> of one agent's",
+                rmse},
     MetricEntry{"nees",
                 "estimators with a covariance P: mean of e^T P^-1 e in the second half (Bar-Shalom, Li, Kirubarajan 2001, 5.4.2); "
                 "nees_low, nees_high: its 95 % bounds over the runs",

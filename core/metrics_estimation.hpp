@@ -5,9 +5,9 @@
 
 namespace consort {
 
-/// `error`: norm of all agents' final errors, stacked; `error.<agent>`: of one agent's; `error.<agent>.<field>`: of what one agent estimates
-/// of one named group of the plant's state (a mode of a beam, say), where every agent estimates one and the same kind of part and the plant
-/// names more than one group. Up to 50 agents one by one.
+/// `error`: norm of all agents' final errors, stacked; `error.<agent>`: of one agent's; `error.<agent>.<field>`: of what one agent
+/// estimates of one named group of the plant's state (a mode of a beam, say), where every agent estimates one and the same kind of part and
+/// the plant names more than one group. Up to 50 agents one by one.
 void final_error(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
 /// `error` divided by the norm of what is estimated, for plants that grow.

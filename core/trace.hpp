@@ -66,7 +66,7 @@ struct Trace {
   std::vector<double> estimates;    ///< rounds.size() x agents x dimension
   std::size_t state_dimension = 0;  ///< of an agent's part of the plant; 0 without a plant
   Layout state_layout;
-  std::vector<double> states;     ///< rounds.size() x agents x state_dimension
+  std::vector<double> states;  ///< rounds.size() x agents x state_dimension
   Truth truth = Truth::none;
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states, not their estimates
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
@@ -93,7 +93,10 @@ struct Trace {
   /// One report again, without hashes and counters.
   [[nodiscard]] RoundReport report(std::size_t number) const {
     const std::size_t width = agents * dimension, state_width = agents * state_dimension;
-    return {rounds[number], std::span(estimates).subspan(number * width, width), {}, {},
+    return {rounds[number],
+            std::span(estimates).subspan(number * width, width),
+            {},
+            {},
             std::span(states).subspan(number * state_width, state_width)};
   }
   [[nodiscard]] std::size_t agreed_dimension() const { return agrees_on_states ? state_dimension : dimension; }

@@ -45,8 +45,7 @@ std::string plant_text(const PlantSpec& plant) {
   constexpr std::array kSensing{"agents sense their own part", "agents sense their own part and their in-neighbours'",
                                 "agents sense others relative to themselves"};
   text += fmt::format("; {}", kSensing[static_cast<std::size_t>(plant.sensing)]);
-  if (!plant.couplings.empty())
-    text += fmt::format("; {} coupling{}", plant.couplings.size(), plant.couplings.size() == 1 ? "" : "s");
+  if (!plant.couplings.empty()) text += fmt::format("; {} coupling{}", plant.couplings.size(), plant.couplings.size() == 1 ? "" : "s");
   if (!plant.disturbances.empty())
     text += fmt::format("; {} disturbance{}", plant.disturbances.size(), plant.disturbances.size() == 1 ? "" : "s");
   return text;
@@ -66,8 +65,9 @@ std::string stop_text(const Experiment& experiment) {
   const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
                                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
   if (experiment.convergence)
-    text += fmt::format(", or when the {} is at most {:g} for {} round{}", estimates ? "error" : "disagreement", experiment.convergence->within,
-                        experiment.convergence->for_rounds, experiment.convergence->for_rounds == 1 ? "" : "s");
+    text +=
+        fmt::format(", or when the {} is at most {:g} for {} round{}", estimates ? "error" : "disagreement", experiment.convergence->within,
+                    experiment.convergence->for_rounds, experiment.convergence->for_rounds == 1 ? "" : "s");
   return text + fmt::format("; deadline {:g} s", experiment.deadline);
 }
 

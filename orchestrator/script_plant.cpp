@@ -147,7 +147,8 @@ class PlantReader {
           out.hold_rounds = static_cast<Round>(rounds);
       }
     }
-    if (const auto agents = section.find("agents"); present(agents)) out.agents = read_agents(mistakes_, agents, section.path("agents"), experiment_.agents);
+    if (const auto agents = section.find("agents"); present(agents))
+      out.agents = read_agents(mistakes_, agents, section.path("agents"), experiment_.agents);
     std::vector<std::string> found;
     for (const char* kind : {"gaussian", "uniform", "sinusoid", "constant"})
       if (present(section.find(kind))) found.emplace_back(kind);

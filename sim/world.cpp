@@ -219,7 +219,8 @@ std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
   const Values parameters = experiment_.parameters_of(choice_, agent);
   if (!physics_) return make_protocol(entry_, parameters, Setup{agent, experiment_.agents, experiment_.dt, initial}, std::nullopt);
   const Values model = physics_->knowledge(agent);
-  const Setup setup{agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent), physics_->state_layout().size()};
+  const Setup setup{
+      agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent), physics_->state_layout().size()};
   return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
 }
 

@@ -115,7 +115,8 @@ class LinearParts final : public PlantModel {
       const Eigen::Index columns = part(coupling.from).A.rows();
       const auto fits = [&](const char* name, const Matrix& given, Eigen::Index rows) {
         if (given.size() == 0 || (given.rows() == rows && given.cols() == columns)) return;
-        throw ConfigError(edge + name + " is " + shape_text(given) + "; allowed: " + std::to_string(rows) + " x " + std::to_string(columns));
+        throw ConfigError(edge + name + " is " + shape_text(given) + "; allowed: " + std::to_string(rows) + " x " +
+                          std::to_string(columns));
       };
       fits("A", coupling.A, own.A.rows());
       fits("C", coupling.C, own.C.rows());

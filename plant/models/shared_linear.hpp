@@ -29,7 +29,8 @@ class SharedPlant final : public PlantModel {
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const std::string agent = "agent " + std::to_string(i + 1) + ": ";
       if (parts_[i].B.rows() != n)
-        throw ConfigError(agent + "parameter 'B': found " + shape_text(parts_[i].B) + "; allowed: " + std::to_string(n) + " rows, as A has");
+        throw ConfigError(agent + "parameter 'B': found " + shape_text(parts_[i].B) + "; allowed: " + std::to_string(n) +
+                          " rows, as A has");
       if (parts_[i].C.cols() != n)
         throw ConfigError(agent + "parameter 'C': found " + shape_text(parts_[i].C) + "; allowed: " + std::to_string(n) +
                           " columns, as A has");
@@ -88,7 +89,8 @@ class SharedPlant final : public PlantModel {
 /// A from the experiment, the same for all; B_i and C_i of each agent.
 struct SharedLinear {
   static constexpr std::string_view name = "shared_linear";
-  static constexpr std::string_view summary = "x' = A x + sum_i B_i u_i, y_i = C_i x: one plant that every agent observes through its own C";
+  static constexpr std::string_view summary =
+      "x' = A x + sum_i B_i u_i, y_i = C_i x: one plant that every agent observes through its own C";
   static constexpr std::array parameters{ValueDoc{"A", "matrix n x n", "", "dynamics, 1/s; the same for all"},
                                          ValueDoc{"B", "matrix n x m", "none", "input matrix of an agent"},
                                          ValueDoc{"C", "matrix p x n", "none", "output matrix of an agent; none: it measures nothing"}};

@@ -11,7 +11,9 @@
 namespace consort {
 namespace {
 
-bool ends(StopRule& rule, Round k, std::vector<double> estimates) { return rule.ends(k, [&] { return consort::disagreement(estimates, estimates.size(), 1); }); }
+bool ends(StopRule& rule, Round k, std::vector<double> estimates) {
+  return rule.ends(k, [&] { return consort::disagreement(estimates, estimates.size(), 1); });
+}
 
 TEST(Disagreement, IsTheLargestDistanceBetweenTwoAgents) {
   EXPECT_EQ(disagreement(std::vector<double>{1, 5, 3}, 3, 1), 4.0);
