@@ -5,9 +5,9 @@
 /// Rounds (one exchange each): from what is stamped t_k every observer first corrects its estimate z_i, then predicts,
 ///     z_i <- exp(A h) [ z_i + G_i (u_i - U_i z_i) + S_i sum_j w_ij (z_j - z_i) ].
 /// The plant moves by exp(A h) too, so the error z_i - x follows an equation of its own as it does in continuous time, whatever the plant
-/// does. Both corrections are stable by themselves at every h: G_i = (I + h P U)^-1 h P is the Kalman gain for a sample of the
-/// measurement's white noise held over h, S_i = (I - exp(-F_i d_i h)) / d_i moves towards in-neighbours that stand still. First-order
-/// accurate in h.
+/// does. Neither correction overshoots, at any h: G_i = (I + h P U)^-1 h P is the Kalman gain for a sample of the measurement's white noise
+/// held over h, S_i = (I - exp(-F_i d_i h)) / d_i moves towards in-neighbours that stand still. So stiff gains ask for no short h; for how
+/// long a round all of it together is stable, `consort validate` says. First-order accurate in h.
 
 #include "core/graph.hpp"
 
