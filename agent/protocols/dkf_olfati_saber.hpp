@@ -8,8 +8,9 @@
 /// `aggregated: 1` (Remark 4): C_i, R_i, y_i are those of all of J_i = {i} and the in-neighbours. They arrive as u_j = C_j'R_j^-1 y_j and
 /// U_j = C_j'R_j^-1 C_j, which add up; without it the message is xhat_j alone.
 /// Source: Olfati-Saber et al. as printed in Knotek, thesis, (3.6) and Remark 4; the transpose in (3.6c) is lost in its text.
-/// x is corrected and predicted in rounds (core/observers.hpp), stably for large gamma; P_i moves through a round without an error of
-/// integration (core/riccati_step.hpp).
+/// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be: a large gamma makes
+/// neighbours jump to each other's estimates, which never meet on an even ring. P_i moves through a round without an error of integration
+/// (core/riccati_step.hpp).
 /// P_i is not the covariance of the error: (3.6c) knows nothing of what the neighbours contribute, nor that errors are correlated through
 /// the common process noise and the coupling. P_i is what the agent would have alone (with aggregated measurements: with those alone), so
 /// the error is usually smaller than P_i says and its NEES lies below its bounds.

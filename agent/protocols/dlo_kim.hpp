@@ -9,7 +9,8 @@
 ///
 /// Source: Kim et al. as printed in Knotek, thesis, (3.9)-(3.12). It leaves L_io open as long as A_io - L_io C_io is stable: here it is the
 /// gain of the stationary Kalman-Bucy filter for noise of intensities Q and R.
-/// x is corrected and predicted in rounds (core/observers.hpp), stably for large gamma.
+/// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be: a large gamma makes
+/// neighbours jump to each other's estimates, which never meet on an even ring.
 /// Assumes: no noise; undirected connected graph; (A, C) of all together detectable; gamma and k_i large enough.
 /// A missing message is an absent term in the sum for that round; a late xhat_j is moved on with the plant. w_ij is the weight of the edge.
 /// Link noise disturbs xhat_j. An agent without a sensor follows its neighbours with gain gamma.
