@@ -59,30 +59,45 @@ Matrix stationary_covariance(const Matrix& A, const Matrix& U, const Matrix& Q) 
   return filter_riccati(A, square_root(U), Q, Matrix::Identity(A.rows(), A.rows())).P;
 }
 
-std::vector<Matrix> coupled_covariances(const Matrix& A, const std::vector<Matrix>& U, const Matrix& Q, double k, const Graph& graph) {
+std::vector<Matrix> coupled_covariances(const Matrix& A, const std::vector<CoupledFilter>& filters, const Graph& graph) {
   constexpr int kSweeps = 20'000;
   constexpr double kSettled = 1e-13;
   const Eigen::Index n = A.rows();
-  std::vector<Matrix> P(U.size(), Matrix::Zero(n, n));
+  std::vector<Matrix> P(filters.size(), Matrix::Zero(n, n));
   double change = 0.0, size = 0.0;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     change = size = 0.0;
-    for (std::size_t i = 0; i < U.size(); ++i) {
+    for (std::size_t i = 0; i < filters.size(); ++i) {
       double d = 0.0;
-      Matrix from_others = Q;
+      Matrix noise = filters[i].Q;  // (3.7c) as an equation of its own: A - (k d / 2) I, with this process noise
       for (const Neighbour& j : graph.in_neighbours(agent_at(i))) {
         d += j.weight;
-        from_others += k * j.weight * P[index_of(j.id)];
+        noise += filters[i].k * j.weight * P[index_of(j.id)];
       }
-      const Matrix next = stationary_covariance(A - 0.5 * k * d * Matrix::Identity(n, n), U[i], from_others);
+      const Matrix next = stationary_covariance(A - 0.5 * filters[i].k * d * Matrix::Identity(n, n), filters[i].U, noise);
       change = std::max(change, (next - P[i]).norm());
       size = std::max(size, next.norm());
       P[i] = next;
     }
     if (change <= kSettled * size) return P;
   }
-  throw RunError("stationary covariances of " + std::to_string(U.size()) + " coupled filters: after " + std::to_string(kSweeps) +
+  throw RunError("stationary covariances of " + std::to_string(filters.size()) + " coupled filters: after " + std::to_string(kSweeps) +
                  " sweeps they still change by " + text_of(change) + " of " + text_of(size));
+}
+
+Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q) {
+  constexpr int kRounds = 100'000;
+  constexpr double kSettled = 1e-13;
+  const Matrix I = Matrix::Identity(A.rows(), A.rows());
+  Matrix P = I;
+  for (int k = 0; k < kRounds && P.allFinite(); ++k) {
+    const Matrix M = (I + P * S).partialPivLu().solve(P);
+    const Matrix next = A * M * A.transpose() + Q;
+    const double change = (next - P).norm();
+    P = 0.5 * (next + next.transpose());
+    if (P.allFinite() && change <= kSettled * P.norm()) return 0.5 * (M + M.transpose());
+  }
+  throw RunError("the covariance of Algorithm 3.1 (" + shape_of(A) + ") does not settle in " + std::to_string(kRounds) + " rounds");
 }
 
 Matrix ObserverNetwork::error_matrix(const Graph& graph) const {
@@ -108,6 +123,18 @@ Matrix ObserverNetwork::sampled_error_matrix(const Graph& graph, Seconds h) cons
     if (L(i, i) == 0.0) continue;
     const Matrix S = step * coupling_step(coupling[agent], L(i, i), h);
     for (Eigen::Index j = 0; j < N; ++j) E.block(i * n, j * n, n, n) -= L(i, j) * S;
+  }
+  return E;
+}
+
+Matrix iterative_error_matrix(const Matrix& A, const std::vector<IterativeFilter>& filters, const Graph& graph) {
+  const Eigen::Index n = A.rows(), N = static_cast<Eigen::Index>(filters.size());
+  const Matrix L = laplacian(graph), I = Matrix::Identity(n, n);
+  Matrix E = Matrix::Zero(N * n, N * n);
+  for (Eigen::Index i = 0; i < N; ++i) {
+    const auto& [S, M, epsilon] = filters[static_cast<std::size_t>(i)];
+    E.block(i * n, i * n, n, n) = A * (I - M * S);
+    for (Eigen::Index j = 0; j < N; ++j) E.block(i * n, j * n, n, n) -= L(i, j) * epsilon * A * M;
   }
   return E;
 }

@@ -35,9 +35,19 @@ Matrix coupling_step(const Matrix& P, double gamma, double d, Seconds h);
 /// Solution of A P + P A' + Q - P U P = 0 with A - P U stable. Throws as filter_riccati, with (A, U) in place of (A, C).
 Matrix stationary_covariance(const Matrix& A, const Matrix& U, const Matrix& Q);
 
-/// Solutions of A P_i + P_i A' + Q - P_i U_i P_i + k sum_j w_ij (P_j - P_i) = 0: stationary points of (3.7c). By sweeps, each solving agent
-/// after agent. Throws as stationary_covariance, and RunError if 20 000 sweeps do not bring the change of a sweep below 1e-13 of P.
-std::vector<Matrix> coupled_covariances(const Matrix& A, const std::vector<Matrix>& U, const Matrix& Q, double k, const Graph& graph);
+/// What one agent puts into (3.7c).
+struct CoupledFilter {
+  Matrix U, Q;
+  double k = 0.0;
+};
+/// Solutions of A P_i + P_i A' + Q_i - P_i U_i P_i + k_i sum_j w_ij (P_j - P_i) = 0, by agent: stationary points of (3.7c). By sweeps, each
+/// solving agent after agent. Throws as stationary_covariance, and RunError if 20 000 sweeps do not bring the change of a sweep below 1e-13
+/// of P.
+std::vector<Matrix> coupled_covariances(const Matrix& A, const std::vector<CoupledFilter>& filters, const Graph& graph);
+
+/// M = (P^-1 + S)^-1 for the P with P = A M A' + Q, A = exp(A_plant dt): where Algorithm 3.1 ends. Throws RunError if its iteration does
+/// not settle in 100 000 rounds.
+Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q);
 
 /// Observers at constant gains: e_i' = (A - K_i C_i) e_i + F_i sum_j w_ij (e_j - e_i), e_i = z_i - x.
 struct ObserverNetwork {
@@ -50,6 +60,14 @@ struct ObserverNetwork {
   /// E with e(k+1) = E e(k): the same network in rounds of h seconds.
   [[nodiscard]] Matrix sampled_error_matrix(const Graph& graph, Seconds h) const;
 };
+
+/// What one agent puts into Algorithm 3.1.
+struct IterativeFilter {
+  Matrix S, M;
+  double epsilon = 1.0;
+};
+/// E with e(k+1) = E e(k): e_i(k+1) = A [(I - M_i S_i) e_i + epsilon_i M_i sum_j w_ij (e_j - e_i)], A = exp(A_plant dt).
+Matrix iterative_error_matrix(const Matrix& A, const std::vector<IterativeFilter>& filters, const Graph& graph);
 
 /// Largest real part among the eigenvalues. Throws RunError if they are not found.
 double abscissa(const Matrix& value);

@@ -123,17 +123,33 @@ TEST(Observers, KimHasTheStatedCovarianceAndAbscissaAfterTwentySeconds) {
 }
 
 TEST(Observers, CoupledCovariancesAreWhereTheEquationEnds) {
-  const auto P = coupled_covariances(A(), three_sensors(), Q(), 2.0, ring(4));
+  const auto P = coupled_covariances(A(), coupled(three_sensors(), 2.0), ring(4));
   const auto late = integrated(three_sensors(), 2.0, ring(4), 100.0);
   for (std::size_t i = 0; i < 4; ++i) expect_near(P[i], late[i], 1e-10);
   expect_near(P[0], symmetric(.412054, .024281, .491528), 1e-6);
   EXPECT_NEAR(abscissa(kim(P).error_matrix(ring(4))), -.230673, 5e-7);
   // Uncoupled, agent 4 has nothing that bounds its covariance.
-  EXPECT_THROW(static_cast<void>(coupled_covariances(A(), three_sensors(), Q(), 0.0, ring(4))), ConfigError);
+  EXPECT_THROW(static_cast<void>(coupled_covariances(A(), coupled(three_sensors(), 0.0), ring(4))), ConfigError);
   // An unseen growing mode needs k d / 2 above its rate.
   const Matrix growing = Matrix::Constant(1, 1, 1.0), one = Matrix::Constant(1, 1, 1.0), none = Matrix::Zero(1, 1);
-  EXPECT_THROW(static_cast<void>(coupled_covariances(growing, {one, none}, one, 1.9, path(2))), ConfigError);
-  EXPECT_EQ(coupled_covariances(growing, {one, none}, one, 2.5, path(2)).size(), 2U);
+  EXPECT_THROW(static_cast<void>(coupled_covariances(growing, {{one, one, 1.9}, {none, one, 1.9}}, path(2))), ConfigError);
+  EXPECT_EQ(coupled_covariances(growing, {{one, one, 2.5}, {none, one, 2.5}}, path(2)).size(), 2U);
+}
+
+TEST(Observers, Algorithm31EndsWithTheStatedCovarianceAndForgetsItsErrors) {
+  const Matrix step = matrix_exponential(A(), 0.1), noise = 0.1 * Q();
+  std::vector<IterativeFilter> filters;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Matrix S = seen_around(ring(4), i);
+    filters.push_back({S, stationary_update(step, S, noise), 1.0});
+  }
+  expect_near(step * filters[0].M * step.transpose() + noise, symmetric(.048188, .013251, .087089), 5e-7);
+  const Matrix E = iterative_error_matrix(step, filters, ring(4));
+  EXPECT_LT(std::pow(spectral_radius(E), 200), 1e-6) << "what is left after 200 rounds";
+  // The pull of the others is that of the mean of their errors.
+  const Vector equal = Vector::Constant(2, 0.7).replicate(4, 1);
+  expect_near((E * equal).head(2), step * (Matrix::Identity(2, 2) - filters[0].M * filters[0].S) * equal.head(2), 1e-15);
+  EXPECT_THROW(static_cast<void>(stationary_update(1.1 * step, Matrix::Zero(2, 2), noise)), RunError) << "it grows for ever";
 }
 
 TEST(Observers, InShortRoundsTheErrorMovesAsInContinuousTime) {

@@ -181,7 +181,7 @@ std::vector<Matrix> three_sensors() {
 }
 
 TEST(DkfKim, CovariancesEndWhereTheEquationEndsHoweverLongTheRound) {
-  const auto P = coupled_covariances(oscillator::A(), three_sensors(), oscillator::Q(), 2.0, ring(4));
+  const auto P = coupled_covariances(oscillator::A(), oscillator::coupled(three_sensors(), 2.0), ring(4));
   for (const double dt : {0.01, 0.1}) {
     ObservingAgents agents(filters("dkf_kim", ring(4), dt));
     agents.rounds(static_cast<int>(std::lround(80.0 / dt)));
@@ -191,7 +191,7 @@ TEST(DkfKim, CovariancesEndWhereTheEquationEndsHoweverLongTheRound) {
 
 TEST(DkfKim, ErrorsFollowTheErrorMatrix) {
   // The abscissa is stated at the covariances after 20 s, -.230727; with the stationary ones it is this.
-  const auto P = coupled_covariances(oscillator::A(), three_sensors(), oscillator::Q(), 2.0, ring(4));
+  const auto P = coupled_covariances(oscillator::A(), oscillator::coupled(three_sensors(), 2.0), ring(4));
   expect_error_matrix(filters("dkf_kim", ring(4), 0.001), P, three_sensors(), -.230673);
 }
 

@@ -31,6 +31,13 @@ inline Matrix seen_around(const Graph& graph, std::size_t i) {
   return U;
 }
 
+/// Filters coupled by (3.7c), with the oscillator's process noise.
+inline std::vector<CoupledFilter> coupled(const std::vector<Matrix>& U, double k) {
+  std::vector<CoupledFilter> filters;
+  for (const Matrix& own : U) filters.push_back({own, Q(), k});
+  return filters;
+}
+
 inline Matrix two() {
   Matrix A = Matrix::Zero(4, 4);
   A(0, 1) = 1;
