@@ -90,12 +90,12 @@ Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q) {
   constexpr double kSettled = 1e-13;
   const Matrix I = Matrix::Identity(A.rows(), A.rows());
   Matrix P = I;
-  for (int k = 0; k < kRounds && P.allFinite(); ++k) {
+  for (int k = 0; k < kRounds; ++k) {
     const Matrix M = (I + P * S).partialPivLu().solve(P);
     const Matrix next = A * M * A.transpose() + Q;
     const double change = (next - P).norm();
     P = 0.5 * (next + next.transpose());
-    if (P.allFinite() && change <= kSettled * P.norm()) return 0.5 * (M + M.transpose());
+    if (std::isfinite(change) && change <= kSettled * P.norm()) return 0.5 * (M + M.transpose());
   }
   throw RunError("the covariance of Algorithm 3.1 (" + shape_of(A) + ") does not settle in " + std::to_string(kRounds) + " rounds");
 }
