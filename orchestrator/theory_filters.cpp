@@ -32,6 +32,7 @@ class FilterExamination {
         choice_(choice),
         support_(experiment.schedule(experiment.seed).support(experiment.rounds)) {
     const Physics physics(plant_task(experiment, experiment.seed));
+    shared_ = physics.shared();
     for (std::size_t i = 0; i < experiment.agents; ++i) {
       const Values model = physics.knowledge(agent_at(i));
       if (!model.has("A")) return;
@@ -42,6 +43,7 @@ class FilterExamination {
 
   std::vector<Finding> findings() {
     if (C_.size() < experiment_.agents) return {};  // the protocol itself says that it needs A
+    one_plant();
     if (!seen_by_somebody()) return std::move(out_);
     const std::string& name = choice_.name;
     if (name != "dlo_zhang" && name != "kalman_bucy") connected();
@@ -90,6 +92,11 @@ class FilterExamination {
     std::vector<std::size_t> all(experiment_.agents);
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     return all;
+  }
+
+  void one_plant() {
+    add(shared_ ? Rating::holds : Rating::refused, "all agents observe one plant", "model " + experiment_.plant->model,
+        shared_ ? "estimates of one state can be combined" : "every agent has a state of its own here: take the model shared_linear");
   }
 
   // --- who sees what ------------------------------------------------------------------------------------------------------
@@ -311,6 +318,7 @@ class FilterExamination {
   const Survey& survey_;
   const ProtocolChoice& choice_;
   Graph support_;  // every edge of the run
+  bool shared_ = false;
   Matrix A_;
   std::vector<Matrix> C_;  // by agent; 0 x n: measures nothing
   std::vector<Finding> out_;
