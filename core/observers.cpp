@@ -95,7 +95,7 @@ Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q) {
     const Matrix next = A * M * A.transpose() + Q;
     const double change = (next - P).norm();
     P = 0.5 * (next + next.transpose());
-    if (std::isfinite(change) && change <= kSettled * P.norm()) return 0.5 * (M + M.transpose());
+    if (std::isfinite(P.norm()) && change <= kSettled * P.norm()) return 0.5 * (M + M.transpose());
   }
   throw RunError("the covariance of Algorithm 3.1 (" + shape_of(A) + ") does not settle in " + std::to_string(kRounds) + " rounds");
 }
