@@ -9,10 +9,11 @@
 /// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be. With the P_j heard held over
 /// the round, (3.7c) is the Riccati equation of A - (k d_i / 2) I with process noise Q + k sum_j w_ij P_j and moves without an error of
 /// integration (core/riccati_step.hpp), stably for large k, whose eigenvalues k d_i an explicit method has to resolve; what is stationary
-/// for (3.7c) is stationary here. P_i is not the covariance of the error: it leaves out how errors correlate, and averaging it is a rule,
-/// not an inference. Assumes: undirected connected graph; (A, C) of all together detectable; gamma large enough. A missing message is an
-/// absent term in both sums for that round. A late xhat_j is moved on with the plant, a late P_j taken as it is. w_ij is the weight of the
-/// edge. Link noise disturbs xhat_j.
+/// for (3.7c) is stationary here.
+/// P_i is not the covariance of the error: it leaves out how errors correlate, and averaging it is a rule, not an inference.
+/// Assumes: undirected connected graph; (A, C) of all together detectable; gamma large enough.
+/// A missing message is an absent term in both sums for that round. A late xhat_j is moved on with the plant, a late P_j taken as it is.
+/// w_ij is the weight of the edge. Link noise disturbs xhat_j.
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_observer.hpp"
