@@ -5,6 +5,12 @@
 #include "agent/protocols/adaptive_consensus.hpp"
 #include "agent/protocols/continuous_kalman_consensus.hpp"
 #include "agent/protocols/das_neural_consensus.hpp"
+#include "agent/protocols/dkf_iterative.hpp"
+#include "agent/protocols/dkf_kim.hpp"
+#include "agent/protocols/dkf_olfati_saber.hpp"
+#include "agent/protocols/dlo_kim.hpp"
+#include "agent/protocols/dlo_zhang.hpp"
+#include "agent/protocols/kalman_bucy.hpp"
 #include "agent/protocols/kalman_consensus.hpp"
 #include "agent/protocols/li_agent_consensus.hpp"
 #include "agent/protocols/li_edge_consensus.hpp"
@@ -88,6 +94,12 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<LiEdgeConsensus>(),
       entry<LiAgentConsensus>(),
       entry<DasNeuralConsensus>(),
+      entry<KalmanBucy>(),
+      entry<DkfOlfatiSaber>(),
+      entry<DkfIterative>(),
+      entry<DkfKim>(),
+      entry<DloKim>(),
+      entry<DloZhang>(),
   };
   return table;
 }
