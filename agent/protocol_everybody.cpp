@@ -2,7 +2,6 @@
 
 #include "agent/protocol_relative_sensing.hpp"
 #include "core/discretise.hpp"
-#include "core/shapes.hpp"
 
 #include <cmath>
 #include <limits>
@@ -12,16 +11,6 @@ namespace {
 
 constexpr double kTold = -1.0, kNobody = -2.0;  // where a round would stand
 
-/// A vector of n numbers from one number or n.
-Vector numbers(const Values& values, std::string_view name, Eigen::Index n, const std::string& who) {
-  const Matrix* given = values.find(name);
-  if (given == nullptr) return Vector::Zero(n);
-  if (given->size() == 1) return Vector::Constant(n, (*given)(0, 0));
-  if (given->cols() == 1 && given->rows() == n) return given->col(0);
-  throw ConfigError(who + ": " + std::string(name) + " is " + shape_of(*given) + "; allowed: one number, or one per input, " +
-                    std::to_string(n));
-}
-
 /// A, B and the A_l out of `model`, the law of the input out of `input`.
 KnownModel known_model(const Values& model, const Values& input, std::size_t agents, const std::string& who) {
   const Matrix* A = model.find("A");
@@ -30,23 +19,8 @@ KnownModel known_model(const Values& model, const Values& input, std::size_t age
   KnownModel known{*A, *B, {}, {}};
   for (std::size_t l = 0; l < agents; ++l)
     if (const Matrix* A_l = model.find("A_" + std::to_string(l + 1))) known.A_from.emplace_back(agent_at(l), *A_l);
-  known.input = {numbers(input, "input_amplitude", B->cols(), who), numbers(input, "input_phase", B->cols(), who),
-                 input.scalar("input_frequency", 1.0)};
+  known.input = input_law(input, B->cols(), who);
   return known;
-}
-
-double coupling_gain(const Values& parameters, const Setup& setup, const Matrix& A, const std::string& who) {
-  const double rule = parameters.scalar("mu_rule", 0.0);
-  double mu = parameters.scalar("mu", 1.0);
-  if (rule != 0.0) {
-    if (parameters.has("mu")) throw ConfigError(who + ": found mu and a mu_rule that computes it; allowed: one of them");
-    const double rho = parameters.scalar("rho", spectral_radius(A));
-    mu = smallest_whole_above(rule == 1.0 ? undirected_gain(setup.agents, rho) : directed_gain(setup.agents, rho));
-  } else if (parameters.has("rho")) {
-    throw ConfigError(who + ": found rho with mu as given; allowed: rho with mu_rule undirected or directed");
-  }
-  if (!(mu > 0.0 && std::isfinite(mu))) throw ConfigError(who + ": mu is " + text_of(mu) + "; allowed: above 0");
-  return mu;
 }
 
 }  // namespace
@@ -57,8 +31,8 @@ EverybodyDesign::EverybodyDesign(const Values& parameters, const Setup& setup, s
       agents(static_cast<Eigen::Index>(setup.agents)),
       slot(static_cast<Eigen::Index>(setup.largest_state)),
       own(known_model(setup.model, parameters, setup.agents, who)),
-      weights(static_cast<ConsensusWeights>(parameters.scalar("weights", 0.0))),
-      mu(coupling_gain(parameters, setup, own.A, who)),
+      weights(consensus_weights(parameters)),
+      mu(coupling_gain(parameters, setup.agents, own.A, who)),
       inputs_known(parameters.scalar("inputs", 0.0) == 0.0),
       patience(patience_of(parameters, who)) {
   check(slot >= n(), "the largest state of all agents is at least an agent's own");
@@ -75,16 +49,6 @@ Values EverybodyDesign::announcement() const {
     told.set("input_phase", Matrix(own.input.phase));
   }
   return told;
-}
-
-Matrix observer_gain(const Values& parameters, Eigen::Index n, Eigen::Index p, const std::string& who) {
-  const Matrix* given = parameters.find("F");
-  if (given == nullptr) throw ConfigError(who + ": parameter 'F' is missing; allowed: the gain of the agent's own measurements");
-  if (given->rows() == n && given->cols() == p) return *given;
-  if (n == p && given->size() == 1) return (*given)(0, 0) * Matrix::Identity(n, n);
-  if (n == p && given->cols() == 1 && given->rows() == n) return given->col(0).asDiagonal();
-  throw ConfigError(who + ": F is " + shape_of(*given) + "; allowed: " + std::to_string(n) + " x " + std::to_string(p) +
-                    (n == p ? ", its diagonal, or one number" : ""));
 }
 
 Everybody::Everybody(const EverybodyDesign& design, const Setup& setup)

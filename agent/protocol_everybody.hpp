@@ -14,7 +14,7 @@
 /// before; if j is not heard of within that time it is forgotten again.
 
 #include "agent/protocol_adapter.hpp"
-#include "core/observer.hpp"
+#include "core/observer_design.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -23,14 +23,6 @@
 #include <vector>
 
 namespace consort {
-
-/// u(t) = amplitude sin(frequency t + phase), component by component: an input that follows a law everybody can be told.
-struct InputLaw {
-  Vector amplitude, phase;  // m
-  double frequency = 1.0;   // rad/s
-  [[nodiscard]] Vector at(Seconds t) const { return (amplitude.array() * (frequency * t + phase.array()).sin()).matrix(); }
-  [[nodiscard]] bool zero() const { return amplitude.isZero(0.0); }
-};
 
 /// What is known of one agent's motion.
 struct KnownModel {
@@ -77,9 +69,6 @@ struct EverybodyDesign {
   /// Rounds without news after which an agent is gone.
   [[nodiscard]] double bound() const { return static_cast<double>(agents - 1) + static_cast<double>(patience); }
 };
-
-/// The gain F (n x p) from a matrix or, for n = p, its diagonal or one number. Throws ConfigError on another shape.
-Matrix observer_gain(const Values& parameters, Eigen::Index n, Eigen::Index p, const std::string& who);
 
 /// What the rest of the class asks of one message.
 struct HeardOfEverybody {

@@ -172,7 +172,7 @@ double spectral_radius(const Matrix& value) {
 
 std::optional<ErrorDecay> error_decay(const Matrix& R) {
   constexpr double kShare = 0.9, kTimeConstants = 20.0;
-  constexpr int kSamples = 4000;
+  constexpr int kSamples = 1000;
   const double slowest = -spectral_abscissa(R);
   if (!(slowest > 0.0)) return std::nullopt;
   ErrorDecay decay{kShare * slowest, 1.0};

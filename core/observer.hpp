@@ -69,7 +69,7 @@ Matrix sampled_error_matrix(const ObservedSystem& system, Seconds h);
 /// What unknown inputs do to E if everybody knows its own alone (18): E' = R E + D u, D = -B_jj wherever i != j.
 Matrix unknown_input_matrix(const ObservedSystem& system);
 
-/// (19): |exp(R t)| <= kappa exp(-eta t), eta being 0.9 of the slowest mode's rate and kappa the smallest for it (on a grid of 4000 times).
+/// (19): |exp(R t)| <= kappa exp(-eta t), eta being 0.9 of the slowest mode's rate and kappa the smallest for it (on a grid of 1000 times).
 struct ErrorDecay {
   double eta = 0.0;  ///< 1/s
   double kappa = 0.0;
