@@ -133,12 +133,12 @@ TEST(DistributedObserver, CouplingsVanishWithTheAgentTheyComeFrom) {
   EXPECT_NEAR(agent.estimate()[3], before + kDt * 1.0, 1e-14);
 }
 
+double mu(const std::map<std::string, Matrix>& parameters, std::size_t agents) {
+  const Values model = values_of({{"A", one(1.2)}, {"B", one(1)}, {"C", one(1)}}), given = values_of(parameters), none;
+  return EverybodyDesign(given, Setup{AgentId{1}, agents, kDt, none, model, 1, 1}, "t").mu;
+}
+
 TEST(DistributedObserver, ComputesMuFromItsRules) {
-  const Matrix A = one(1.2);
-  const auto mu = [&](std::map<std::string, Matrix> parameters, std::size_t agents) {
-    const Values model = values_of({{"A", A}, {"B", one(1)}, {"C", one(1)}}), given = values_of(parameters), none;
-    return EverybodyDesign(given, Setup{AgentId{1}, agents, kDt, none, model, 1, 1}, "t").mu;
-  };
   EXPECT_EQ(mu({{"mu_rule", one(1)}}, 4), 308);
   EXPECT_EQ(mu({{"mu_rule", one(2)}}, 4), 575);
   EXPECT_EQ(mu({{"mu_rule", one(2)}, {"rho", one(2.4)}}, 4), 1149);
