@@ -2,9 +2,12 @@
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_sensing.hpp"
+#include "agent/protocols/acyclic_sensing.hpp"
 #include "agent/protocols/adaptive_consensus.hpp"
 #include "agent/protocols/continuous_kalman_consensus.hpp"
+#include "agent/protocols/cooperative_localization.hpp"
 #include "agent/protocols/das_neural_consensus.hpp"
+#include "agent/protocols/distributed_observer.hpp"
 #include "agent/protocols/kalman_consensus.hpp"
 #include "agent/protocols/li_agent_consensus.hpp"
 #include "agent/protocols/li_edge_consensus.hpp"
@@ -88,6 +91,9 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<LiEdgeConsensus>(),
       entry<LiAgentConsensus>(),
       entry<DasNeuralConsensus>(),
+      entry<DistributedObserver>(),
+      entry<AcyclicSensingGraph>(),
+      entry<CooperativeLocalization>(),
   };
   return table;
 }
