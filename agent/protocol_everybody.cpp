@@ -75,7 +75,7 @@ Everybody::Everybody(const EverybodyDesign& design, const Setup& setup)
 
 Vector Everybody::heard_of(const Sense& sense) const {
   Vector out = heard_;
-  for (std::size_t j = 0; !first_ && j < known_.size(); ++j)
+  for (std::size_t j = 0; sense.k == 0 && j < known_.size(); ++j)
     if (sense.announced(agent_at(j)) != nullptr) out[static_cast<Eigen::Index>(j)] = kTold;
   out[static_cast<Eigen::Index>(index_of(self_))] = static_cast<double>(sense.k);
   return out;
@@ -110,15 +110,13 @@ void Everybody::meet(const EverybodyDesign& design, const Sense& sense) {
   for (const HeardOfEverybody& heard : inbox_)
     for (Eigen::Index j = 0; j < heard_.size(); ++j)
       if (heard.heard_of[j] >= 0.0) heard_[j] = std::max(heard_[j], heard.heard_of[j]);
-  const bool starting = !first_;
-  if (starting) first_ = sense.k;
   for (std::size_t index = 0; index < known_.size(); ++index) {
     const AgentId j = agent_at(index);
     if (j == self_) continue;
     double& heard = heard_[static_cast<Eigen::Index>(index)];
     const Values* told = sense.announced(j);
-    if (starting && heard == kNobody && told != nullptr) heard = kTold;
-    const double newest = heard == kTold ? static_cast<double>(*first_) : heard;
+    if (sense.k == 0 && heard == kNobody && told != nullptr) heard = kTold;
+    const double newest = std::max(heard, 0.0);  // told of counts as heard of in round 0
     const bool there = heard != kNobody && static_cast<double>(sense.k) - newest <= design.bound();
     if (there && !knows(j) && told != nullptr) take_up(design, j, *told);
     if (!there && knows(j)) forget(j);

@@ -10,8 +10,8 @@
 ///
 /// Who is there: a message says for every agent j the newest round in which j was heard of, which travels by maximum. An agent takes up j
 /// when it hears of it, at the mean of what its in-neighbours tell, and forgets j once nothing newer than m - 1 + patience rounds has come,
-/// m the agreed maximum of agents; then all terms of j vanish. In its first round it also takes up, at zero, everybody that it was told of
-/// before; if j is not heard of within that time it is forgotten again.
+/// m the agreed maximum of agents; then all terms of j vanish. In round 0, where nobody has heard of anybody, an agent takes up everybody
+/// that it has been told of, at zero; whoever is not heard of within that time is forgotten again.
 
 #include "agent/protocol_adapter.hpp"
 #include "core/observer_design.hpp"
@@ -87,7 +87,7 @@ class Everybody {
 
   // What is sent. The numbers of nobody known are zero.
   [[nodiscard]] Numbers sent() const { return std::span(sent_.data(), static_cast<std::size_t>(sent_.size())); }
-  /// By agent: the newest round in which it was heard of; -1: only told of before the first round; -2: no estimate.
+  /// By agent: the newest round in which it was heard of; -1: only told of before round 0; -2: no estimate.
   [[nodiscard]] Vector heard_of(const Sense& sense) const;
 
   /// Begins a round: takes up who is new, forgets who is gone. The message has the fields x, heard_of and out_degree.
@@ -136,7 +136,6 @@ class Everybody {
   Eigen::Index slot_, bar_at_, n_;
   Vector estimate_, sent_, u_;
   Vector heard_;                                  // by agent
-  std::optional<Round> first_;                    // the agent's first round
   std::vector<std::optional<KnownModel>> known_;  // by agent: of those that are estimated
   std::vector<Block> blocks_;                     // empty: to be planned
   std::vector<HeardOfEverybody> inbox_;           // of this round
