@@ -123,7 +123,7 @@ constexpr std::array kTable{
     MetricEntry{"observer_error", "final |E| of all estimates of everybody, bar_i too; observer_error_relative: over that of the truth",
                 observer_error},
     MetricEntry{"observer_error_peak", "largest |E| in the second half of the run", observer_error_peak},
-    MetricEntry{"observer_bound", "what it stays below with others' inputs unknown (Huang et al. 2025, (19)); observer_bound_stacked: rigorous",
+    MetricEntry{"observer_bound", "what it stays below with others' inputs unknown, (19); observer_bound_stacked: all inputs at once",
                 observer_bound},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},

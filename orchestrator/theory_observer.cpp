@@ -1,6 +1,7 @@
 #include "orchestrator/theory_observer.hpp"
 
 #include "core/controllability.hpp"
+#include "core/graph_witness.hpp"
 #include "core/observer_case.hpp"
 #include "core/schur.hpp"
 #include "core/shapes.hpp"
@@ -12,7 +13,7 @@
 
 #include <algorithm>
 #include <array>
-#include <functional>
+#include <limits>
 #include <optional>
 #include <set>
 
@@ -28,52 +29,6 @@ constexpr std::size_t kMostCases = 6;           // different graphs of one run w
 constexpr std::size_t kLargestTeam = 60;        // agents up to which the spectra of all S^(j) are worth the wait
 
 std::string word(AgentId agent) { return std::to_string(agent.value); }
-
-/// A cycle among directed edges as "1 -> 2 -> 1"; empty without one.
-std::string cycle_among(std::size_t agents, const std::set<Edge>& edges) {
-  std::vector<int> colour(agents, 0);  // 0 new, 1 on the way, 2 done
-  std::vector<std::size_t> way;
-  std::string found;
-  const std::function<bool(std::size_t)> visit = [&](std::size_t i) {
-    colour[i] = 1;
-    way.push_back(i);
-    for (const Edge& edge : edges) {
-      if (index_of(edge.from) != i) continue;
-      const std::size_t to = index_of(edge.to);
-      if (colour[to] == 1) {
-        for (auto it = std::find(way.begin(), way.end(), to); it != way.end(); ++it) found += word(agent_at(*it)) + " -> ";
-        found += word(edge.to);
-        return true;
-      }
-      if (colour[to] == 0 && visit(to)) return true;
-    }
-    colour[i] = 2;
-    way.pop_back();
-    return false;
-  };
-  for (std::size_t i = 0; i < agents; ++i)
-    if (colour[i] == 0 && visit(i)) return found;
-  return {};
-}
-
-/// Somebody whom somebody does not reach (from, to), in a graph that is not strongly connected.
-Edge unreached(const Graph& graph) {
-  for (std::size_t from = 0; from < graph.agents(); ++from) {
-    std::vector<char> reached(graph.agents(), 0);
-    reached[from] = 1;
-    for (bool grew = true; grew;) {
-      grew = false;
-      for (std::size_t to = 0; to < graph.agents(); ++to) {
-        if (reached[to] != 0) continue;
-        for (const Neighbour& j : graph.in_neighbours(agent_at(to)))
-          if (reached[index_of(j.id)] != 0) reached[to] = 1, grew = true;
-      }
-    }
-    for (std::size_t to = 0; to < graph.agents(); ++to)
-      if (reached[to] == 0) return {agent_at(from), agent_at(to)};
-  }
-  return {agent_at(0), agent_at(0)};
-}
 
 /// One protocol of one experiment under examination.
 class ObserverExamination {
@@ -152,7 +107,7 @@ class ObserverExamination {
       if (members.size() < 2) continue;
       const Graph all = union_of(graphs);
       if (strongly_connected(all)) continue;
-      const auto [from, to] = unreached(all);
+      const auto [from, to] = *some_unreached(all);
       add(Verdict::refused, condition,
           fmt::format("from round {} on, nothing that agent {} says reaches agent {}", first, word(members[index_of(from)]),
                       word(members[index_of(to)])),
@@ -215,15 +170,14 @@ class ObserverExamination {
 
   void one_order() {
     const std::string condition = "dynamics and sensing couplings have a common topological order (Assumption 2)";
-    std::set<Edge> edges;
+    std::vector<Edge> edges;
     for (std::size_t i = 0; i < knowledge_.size(); ++i)
       for (std::size_t j = 0; j < knowledge_.size(); ++j)
         for (const char* name : {"A_", "C_"})
           if (const Matrix* coupling = knowledge_[i].find(name + std::to_string(j + 1)); coupling != nullptr && !coupling->isZero(0.0))
-            edges.insert({agent_at(j), agent_at(i)});
-    const std::string cycle = cycle_among(knowledge_.size(), edges);
-    if (!cycle.empty()) {
-      add(Verdict::refused, condition, "the couplings run in a circle: " + cycle,
+            edges.push_back({agent_at(j), agent_at(i)});
+    if (const auto cycle = some_cycle(Graph(knowledge_.size(), edges)); !cycle.empty()) {
+      add(Verdict::refused, condition, fmt::format("the couplings run in a circle: {}", fmt::join(numbers(cycle), " -> ")),
           "R of (10) is not triangular, and gains that agents choose alone do not make it stable");
       return;
     }

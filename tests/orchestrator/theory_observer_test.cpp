@@ -125,7 +125,7 @@ TEST(TheoryObserver, RefusesATeamWithoutAnAbsolutePositionInReach) {
 }
 
 TEST(TheoryObserver, RefusesSensingWithoutCommunicationNamingTheEdge) {
-  for (const std::string protocol : {kLocalize, std::string("acyclic_sensing")}) {
+  for (const std::string& protocol : {kLocalize, std::string("acyclic_sensing")}) {
     const Finding finding =
         only(vehicles(protocol, "{relative: {1: [2], 2: [3], 3: [4], 4: [5], 5: [6], 6: [1]}, absolute: [2]}", "directed_ring"),
              "sensing edges are communication edges");
