@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
+#include <functional>
 #include <optional>
 #include <queue>
 #include <set>
@@ -36,7 +36,9 @@ class Sensing {
     for (unsigned i = 1; i <= team.agents; ++i)
       agents_.emplace_back(AgentId{i}, team.agents, team.ids[i - 1], team.absolute.count(i) > 0, patience);
   }
-  void round(const Team& team) {
+  /// `arrives` says whether a message does (default: all do).
+  void round(
+      const Team& team, const std::function<bool()>& arrives = [] { return true; }) {
     std::vector<AcyclicSensing::Says> said;
     for (const AcyclicSensing& agent : agents_) said.push_back(agent.says());
     for (unsigned i = 1; i <= team.agents; ++i) {
@@ -48,7 +50,7 @@ class Sensing {
       for (const Neighbour& j : team.communication.in_neighbours(AgentId{i})) {
         if (team.absent.count(j.id.value) > 0) continue;
         neighbours.push_back(j);
-        heard.push_back({j.id, said[index_of(j.id)], team.measures.count({j.id.value, i}) > 0});
+        if (arrives()) heard.push_back({j.id, said[index_of(j.id)], team.measures.count({j.id.value, i}) > 0});
       }
       agents_[i - 1].absorb(k_, neighbours, measures, heard);
     }
@@ -205,6 +207,21 @@ TEST(AcyclicSensing, WhatDoneAgentsUseIsAcyclicInEveryRoundOfAChange) {
       run.round(team);
       ASSERT_TRUE(acyclic(run.uses(team, true), team.agents)) << "round " << k;
     }
+  }
+}
+
+TEST(AcyclicSensing, PatienceCoversMessagesThatAreLost) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    const Team team = random_team(seed);
+    Stream stream = Seed{seed}.stream(Purpose{"loss"});
+    Sensing run(team, 100);
+    for (Round k = 0; k < 300; ++k) {
+      run.round(team, [&] { return stream.uniform() >= 0.3; });
+      ASSERT_TRUE(acyclic(run.uses(team, true), team.agents)) << "round " << k;
+    }
+    for (unsigned i = 1; i <= team.agents; ++i) EXPECT_TRUE(run.of(i).done()) << i;
+    expect_sound(run, team);
   }
 }
 
