@@ -2,9 +2,12 @@
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_sensing.hpp"
+#include "agent/protocols/acyclic_sensing.hpp"
 #include "agent/protocols/adaptive_consensus.hpp"
 #include "agent/protocols/continuous_kalman_consensus.hpp"
+#include "agent/protocols/cooperative_localization.hpp"
 #include "agent/protocols/das_neural_consensus.hpp"
+#include "agent/protocols/distributed_observer.hpp"
 #include "agent/protocols/dkf_iterative.hpp"
 #include "agent/protocols/dkf_kim.hpp"
 #include "agent/protocols/dkf_olfati_saber.hpp"
@@ -100,6 +103,9 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<DkfKim>(),
       entry<DloKim>(),
       entry<DloZhang>(),
+      entry<DistributedObserver>(),
+      entry<AcyclicSensingGraph>(),
+      entry<CooperativeLocalization>(),
   };
   return table;
 }

@@ -4,6 +4,7 @@
 #include "core/metrics_control.hpp"
 #include "core/metrics_estimation.hpp"
 #include "core/metrics_gains.hpp"
+#include "core/metrics_observer.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -119,6 +120,11 @@ constexpr std::array kTable{
     MetricEntry{"gain_mean", "mean of those", gain_mean},
     MetricEntry{"gain_max", "largest of those", gain_max},
     MetricEntry{"gain_peak", "largest such gain in any reported round", gain_peak},
+    MetricEntry{"observer_error", "final |E| of all estimates of everybody, bar_i too; observer_error_relative: over that of the truth",
+                observer_error},
+    MetricEntry{"observer_error_peak", "largest |E| in the second half of the run", observer_error_peak},
+    MetricEntry{"observer_bound", "what it stays below with others' inputs unknown, (19); observer_bound_stacked: all inputs at once",
+                observer_bound},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},

@@ -5,6 +5,7 @@
 #include "orchestrator/theory_adaptive.hpp"
 #include "orchestrator/theory_control.hpp"
 #include "orchestrator/theory_filters.hpp"
+#include "orchestrator/theory_observer.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
@@ -75,6 +76,7 @@ class Examination {
       for (Finding& finding : examine_filters(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
       if (adapts_gains(choice.name)) examine_adaptive(experiment_, choice, survey_, out_);
+      if (observes_everybody(choice.name)) examine_observer(experiment_, choice, survey_, out_);
     }
     links();
     return std::move(out_);
