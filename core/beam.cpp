@@ -38,8 +38,10 @@ Element element_mass(const Beam& beam, double l) {
 
 Element element_stiffness(const Beam& beam, double l) {
   const Eigen::Matrix2d bar{{1, -1}, {-1, 1}};
-  const Bend bend{{12, 6 * l, -12, 6 * l}, {6 * l, 4 * l * l, -6 * l, 2 * l * l}, {-12, -6 * l, 12, -6 * l}, {6 * l, 2 * l * l, -6 * l, 4 * l * l}};
-  const Bend string{{36, 3 * l, -36, 3 * l}, {3 * l, 4 * l * l, -3 * l, -l * l}, {-36, -3 * l, 36, -3 * l}, {3 * l, -l * l, -3 * l, 4 * l * l}};
+  const Bend bend{
+      {12, 6 * l, -12, 6 * l}, {6 * l, 4 * l * l, -6 * l, 2 * l * l}, {-12, -6 * l, 12, -6 * l}, {6 * l, 2 * l * l, -6 * l, 4 * l * l}};
+  const Bend string{
+      {36, 3 * l, -36, 3 * l}, {3 * l, 4 * l * l, -3 * l, -l * l}, {-36, -3 * l, 36, -3 * l}, {3 * l, -l * l, -3 * l, 4 * l * l}};
   return element(beam.axial / l * bar, beam.bending / (l * l * l) * bend + beam.tension / (30.0 * l) * string);
 }
 
@@ -78,7 +80,8 @@ BeamModes bending_modes(const Beam& beam, Eigen::Index count) {
   const BeamMatrices m = assemble(beam);
   const Eigen::Index nodes = beam.elements - 1, n = 3 * nodes;
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(m.stiffness, m.mass);  // phi' M phi = 1
-  if (solver.info() != Eigen::Success) throw RunError("beam: the eigenvalues of the " + std::to_string(n) + " x " + std::to_string(n) + " model did not converge");
+  if (solver.info() != Eigen::Success)
+    throw RunError("beam: the eigenvalues of the " + std::to_string(n) + " x " + std::to_string(n) + " model did not converge");
   BeamModes out{Vector(count), Vector(count), Matrix(nodes, count), Matrix(nodes, count)};
   Eigen::Index found = 0;
   for (Eigen::Index j = 0; j < n && found < count; ++j) {

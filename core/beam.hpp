@@ -21,13 +21,13 @@ namespace consort {
 /// 89.24, 220.07, 407.45, 654.39 rad/s, next to the thesis' 89, 221, 409, 651.
 struct Beam {
   Eigen::Index elements = 15;
-  double length = 1500.0;            ///< mm
-  double line_mass = 7.8e-7;         ///< rho A, t/mm
-  double bending = 3.7868e7;         ///< E I, N mm^2
-  double axial = 2.1e7;              ///< E A, N
-  double tension = 457.98;           ///< N; 0: none
-  double mass_damping = 1e-5;        ///< a, 1/s
-  double stiffness_damping = 1e-6;   ///< b, s
+  double length = 1500.0;           ///< mm
+  double line_mass = 7.8e-7;        ///< rho A, t/mm
+  double bending = 3.7868e7;        ///< E I, N mm^2
+  double axial = 2.1e7;             ///< E A, N
+  double tension = 457.98;          ///< N; 0: none
+  double mass_damping = 1e-5;       ///< a, 1/s
+  double stiffness_damping = 1e-6;  ///< b, s
 };
 
 /// Degrees of freedom of the free nodes 1..elements - 1, node after node: u, w, theta. All n x n, n = 3 (elements - 1).
@@ -40,10 +40,10 @@ BeamMatrices assemble(const Beam& beam);
 
 /// Modes that bend, by ascending frequency, mass-normalised, each with positive displacement of free node 1.
 struct BeamModes {
-  Vector omega;      ///< rad/s, one per mode
-  Vector damping;    ///< 2 zeta omega = a + b omega^2, 1/s
-  Matrix shapes;     ///< (elements - 1) x modes: phi_j at the free nodes, 1 / sqrt(t)
-  Matrix momenta;    ///< (elements - 1) x modes: phi_j' M of a unit transverse displacement of each free node alone
+  Vector omega;    ///< rad/s, one per mode
+  Vector damping;  ///< 2 zeta omega = a + b omega^2, 1/s
+  Matrix shapes;   ///< (elements - 1) x modes: phi_j at the free nodes, 1 / sqrt(t)
+  Matrix momenta;  ///< (elements - 1) x modes: phi_j' M of a unit transverse displacement of each free node alone
 };
 
 /// The first `count` of them. Throws as assemble(), and ConfigError if the model has fewer.

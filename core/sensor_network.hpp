@@ -49,9 +49,9 @@ Matrix consensus_step(const Matrix& F, double d, Seconds h);
 
 /// The whole network.
 struct SensorNetwork {
-  Matrix A, Omega;              ///< n x n
-  std::vector<Matrix> C, Xi;    ///< by agent: p_i x n, p_i x p_i
-  std::vector<Matrix> G, F;     ///< by agent: n x p_i, n x n
+  Matrix A, Omega;            ///< n x n
+  std::vector<Matrix> C, Xi;  ///< by agent: p_i x n, p_i x p_i
+  std::vector<Matrix> G, F;   ///< by agent: n x p_i, n x n
   Graph graph;
 };
 

@@ -18,8 +18,7 @@ inline Matrix dynamics() {
 /// C of agents 1 to 6, entries that Assumption 8 calls zero set to zero; agents 5 and 6 have no sensor.
 inline std::vector<Matrix> sensors() {
   std::vector<Matrix> C{Matrix{{.2034645, 0, .1596524, 0, .1078220, 0, .0593079, 0}}, Matrix{{.5167411, 0, 0, 0, -.0937838, 0, 0, 0}},
-                        Matrix{{.4781017, 0, -.1368728, 0, 0, 0, .0626472, 0}},
-                        Matrix{{.3097591, 0, -.1966885, 0, .0886445, 0, 0, 0}}};
+                        Matrix{{.4781017, 0, -.1368728, 0, 0, 0, .0626472, 0}}, Matrix{{.3097591, 0, -.1966885, 0, .0886445, 0, 0, 0}}};
   C.resize(6, Matrix(0, 8));
   return C;
 }
@@ -29,7 +28,8 @@ inline std::vector<double> sensor_noises() { return {2e-6, 5e-6, 3e-6, .1e-6}; }
 
 inline std::vector<Edge> edges() {
   std::vector<Edge> out;
-  for (const auto& [from, to] : std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 2}, {2, 3}, {3, 1}, {3, 4}, {4, 1}, {3, 5}, {2, 6}})
+  for (const auto& [from, to] :
+       std::vector<std::pair<std::uint32_t, std::uint32_t>>{{1, 2}, {2, 3}, {3, 1}, {3, 4}, {4, 1}, {3, 5}, {2, 6}})
     out.push_back({AgentId{from}, AgentId{to}});
   return out;
 }
