@@ -1,11 +1,9 @@
 #include "core/sensor_network.hpp"
 
 #include "core/controllability.hpp"
-#include "core/discretise.hpp"
 #include "core/errors.hpp"
-#include "core/lyapunov.hpp"
 #include "core/riccati.hpp"
-#include "core/schur.hpp"
+#include "core/shapes.hpp"
 #include "core/spd.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -13,12 +11,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
+#include <utility>
 
 namespace consort {
 namespace {
 
 using Indices = std::vector<Eigen::Index>;
+
+constexpr double kRounding = 1e-12;  // of ||A||: a growth below it is none
 
 Vector symmetric_eigenvalues(const Matrix& a) { return Eigen::SelfAdjointEigenSolver<Matrix>(a, Eigen::EigenvaluesOnly).eigenvalues(); }
 
@@ -29,26 +31,11 @@ std::string group_text(const StateGroups& groups, std::size_t j) {
   return out + ")";
 }
 
-/// Blocks of one agent's size in a matrix of the whole network.
-Eigen::Block<Matrix> block_of(Matrix& whole, std::size_t i, std::size_t j, Eigen::Index n) {
-  return whole.block(static_cast<Eigen::Index>(i) * n, static_cast<Eigen::Index>(j) * n, n, n);
-}
-
-double in_degree(const Graph& graph, AgentId i) {
-  double d = 0.0;
-  for (const Neighbour& j : graph.in_neighbours(i)) d += j.weight;
-  return d;
-}
-
-/// Adds S_i sum_j w_ij (e_j - e_i) to the rows of agent i.
-void add_coupling(Matrix& whole, const Graph& graph, AgentId i, const Matrix& S) {
-  const Eigen::Index n = S.rows();
-  for (const Neighbour& j : graph.in_neighbours(i)) block_of(whole, index_of(i), index_of(j.id), n) += j.weight * S;
-  block_of(whole, index_of(i), index_of(i), n) -= in_degree(graph, i) * S;
-}
-
-[[noreturn]] void refuse_unstable(const std::string& what, const std::string& found) {
-  throw ConfigError("the network of observers has no stationary covariance: " + what + " is " + found);
+/// 1.1 times (3.83) for the worst graph: see the protocol.
+double worst_gamma(const Matrix& A, std::size_t agents, double balance) {
+  const double growth = symmetric_eigenvalues(A + A.transpose()).maxCoeff();
+  if (growth <= kRounding * A.norm() || agents < 2) return 1.0;
+  return 1.1 * growth / (2.0 * balance * (1.0 - std::cos(std::numbers::pi / static_cast<double>(agents))));
 }
 
 }  // namespace
@@ -108,7 +95,6 @@ LocalObserver local_observer(AgentId self, const Matrix& A, const StateGroups& g
 }
 
 Vector inverse_alpha_bounds(const LocalObserver& observer, const Matrix& A, const StateGroups& groups, std::size_t agents, double balance) {
-  constexpr double kRounding = 1e-12;
   Vector out = Vector::Zero(static_cast<Eigen::Index>(groups.size()));
   for (std::size_t j = 0; j < groups.size(); ++j) {
     if (observer.observes[j] == 0) continue;
@@ -139,72 +125,35 @@ Matrix consensus_step(const Matrix& F, double d, Seconds h) {
   return solver.eigenvectors() * steps.asDiagonal() * solver.eigenvectors().transpose();
 }
 
-Matrix error_matrix(const SensorNetwork& network) {
-  const Eigen::Index n = network.A.rows();
-  const std::size_t agents = network.C.size();
-  Matrix out = Matrix::Zero(n * static_cast<Eigen::Index>(agents), n * static_cast<Eigen::Index>(agents));
-  for (std::size_t i = 0; i < agents; ++i) {
-    block_of(out, i, i, n) += network.A - network.G[i] * network.C[i];
-    add_coupling(out, network.graph, agent_at(i), network.F[i]);
+SensorTuning sensor_tuning(AgentId self, const Values& parameters, const Matrix& A, std::size_t groups, std::size_t agents) {
+  const auto require = [&](bool good, const std::string& name, double found, const std::string& allowed) {
+    if (!good)
+      throw ConfigError("sensor network observer: agent " + std::to_string(self.value) + ": found " + name + " = " + text_of(found) +
+                        "; allowed: " + allowed);
+  };
+  SensorTuning out;
+  for (const auto& [name, value] : {std::pair{"beta", &out.beta}, std::pair{"balance", &out.balance}}) {
+    *value = parameters.scalar(name, 1.0);
+    require(*value > 0.0 && *value <= 1.0, name, *value, "above 0, up to 1");
   }
+  out.gamma = parameters.has("gamma") ? parameters.scalar("gamma") : worst_gamma(A, agents, out.balance);
+  require(out.gamma > 0.0, "gamma", out.gamma, "above 0");
+  if (parameters.has("alpha")) {
+    const Vector alpha = parameters.vector("alpha");
+    const auto l = static_cast<Eigen::Index>(groups);
+    const auto length = static_cast<double>(alpha.size());
+    require(alpha.size() == 1 || alpha.size() == l, "the length of alpha", length, "1, or one per state group, " + std::to_string(l));
+    require(alpha.minCoeff() > 0.0, "alpha", alpha.minCoeff(), "above 0");
+    out.alpha = alpha.size() == l ? alpha : Vector::Constant(l, alpha[0]);
+  }
+  const double rounds = parameters.scalar("flooding_rounds", static_cast<double>(agents));
+  require(rounds >= 1.0 && rounds <= 1e6 && rounds == std::floor(rounds), "flooding_rounds", rounds, "a whole number from 1 to 1000000");
+  out.flooding_rounds = static_cast<Round>(rounds);
   return out;
 }
 
-Matrix error_covariance(const SensorNetwork& network) {
-  const Matrix A_tot = error_matrix(network);
-  const double abscissa = spectral_abscissa(A_tot);
-  if (!(abscissa < 0.0)) refuse_unstable("the largest real part of the error matrix's eigenvalues", std::to_string(abscissa));
-  // A_tot P + P A_tot' + Omega^ + G Xi G' = 0: one process noise for all, so Omega^ has Omega in every block              (3.73)
-  Matrix noise = network.Omega.replicate(A_tot.rows() / network.A.rows(), A_tot.rows() / network.A.rows());
-  for (std::size_t i = 0; i < network.C.size(); ++i)
-    block_of(noise, i, i, network.A.rows()) += network.G[i] * network.Xi[i] * network.G[i].transpose();
-  return continuous_lyapunov(A_tot, 0.5 * (noise + noise.transpose()));
-}
-
-Matrix sampled_error_matrix(const SensorNetwork& network, Seconds h) {
-  const Eigen::Index n = network.A.rows();
-  const std::size_t agents = network.C.size();
-  Matrix out = Matrix::Zero(n * static_cast<Eigen::Index>(agents), n * static_cast<Eigen::Index>(agents));
-  const Matrix E = matrix_exponential(network.A, h);
-  for (std::size_t i = 0; i < agents; ++i) {
-    block_of(out, i, i, n) += Matrix::Identity(n, n) - h * network.G[i] * network.C[i];
-    const double d = in_degree(network.graph, agent_at(i));
-    if (d > 0.0) add_coupling(out, network.graph, agent_at(i), consensus_step(network.F[i], d, h));
-    out.middleRows(static_cast<Eigen::Index>(i) * n, n) = (E * out.middleRows(static_cast<Eigen::Index>(i) * n, n)).eval();
-  }
-  return out;
-}
-
-Matrix sampled_error_covariance(const SensorNetwork& network, Seconds h) {
-  const Matrix step = sampled_error_matrix(network, h);
-  const Discrete plant = discretise(network.A, {}, network.Omega, h);
-  // The measurement's error h G_i xi_i, xi_i ~ N(0, Xi_i / h), moves on by exp(A h); the process noise of the step is common.
-  Matrix noise = plant.Q.replicate(step.rows() / network.A.rows(), step.rows() / network.A.rows());
-  for (std::size_t i = 0; i < network.C.size(); ++i) {
-    const Matrix gain = plant.A * network.G[i];
-    block_of(noise, i, i, network.A.rows()) += h * gain * network.Xi[i] * gain.transpose();
-  }
-  return discrete_lyapunov(step, 0.5 * (noise + noise.transpose()));
-}
-
-double spectral_radius(const Matrix& A) {
-  double largest = 0.0;
-  for (const auto& lambda : eigenvalues_of(A)) largest = std::max(largest, std::abs(lambda));
-  return largest;
-}
-
-Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q) {
-  const double radius = spectral_radius(A);
-  if (!(radius < 1.0)) refuse_unstable("the spectral radius of a step", std::to_string(radius));
-  // X_m = sum of A^k Q A'^k over k < 2^m: X_(m+1) = X_m + A^(2^m) X_m A'^(2^m)  (Smith's doubling)
-  Matrix X = Q, power = A;
-  for (int doubling = 0; doubling < 60; ++doubling) {
-    const Matrix added = power * X * power.transpose();
-    X += added;
-    if (added.norm() <= std::numeric_limits<double>::epsilon() * X.norm()) break;
-    power = (power * power).eval();
-  }
-  return 0.5 * (X + X.transpose());
+Vector alpha_of(const Vector& largest_inverse, double beta) {
+  return largest_inverse.unaryExpr([&](double inverse) { return inverse > beta ? beta / inverse : 1.0; });
 }
 
 }  // namespace consort

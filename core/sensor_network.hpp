@@ -1,17 +1,15 @@
 #pragma once
-/// A network of observers of one linear system, each with its own sensor or none, and what its estimation errors do.
+/// How an agent designs its part of a network of observers of one linear system, each with its own sensor or none.
 ///
 ///     z' = A z + w,   y_i = C_i z + xi_i,   w ~ Omega, xi_i ~ Xi_i (intensities)                                   (3.19), (3.20)
 ///     zhat_i' = A zhat_i + G_i (y_i - C_i zhat_i) + F_i sum_j w_ij (zhat_j - zhat_i)                                       (3.22)
 ///     G_i = T_i' [M_i^-1 C_io' U_i^-1; 0],    F_i = gamma T_i' blkdiag(M_i^-1, I / alpha_j) T_i                     (3.28), (3.31)
 ///     M_i^-1 A_io' + A_io M_i^-1 + Q_io - M_i^-1 C_io' U_i^-1 C_io M_i^-1 = 0                                              (3.29)
 ///
-/// Source: Knotek, thesis, chapter 3; by Algorithm 3.2 Q_i = Omega_io and U_i = Xi_i. Everything is in the original ordering of the state:
-/// (3.68) and (3.73) as printed permute each agent's error by its own T_i, but then couple errors of different agents without
-/// permuting one into the other's order.
+/// Source: Knotek, thesis, chapter 3; by Algorithm 3.2 Q_i = Omega_io and U_i = Xi_i. Everything is in the original ordering of the state.
 
-#include "core/graph.hpp"
 #include "core/types.hpp"
+#include "core/values.hpp"
 
 #include <vector>
 
@@ -47,28 +45,18 @@ Matrix consensus_gain(const LocalObserver& observer, const StateGroups& groups, 
 /// S_i = (I - exp(-F_i d_i h)) / d_i: the consensus part over a step h with the neighbours' estimates moving alongside. d_i > 0.
 Matrix consensus_step(const Matrix& F, double d, Seconds h);
 
-/// The whole network.
-struct SensorNetwork {
-  Matrix A, Omega;            ///< n x n
-  std::vector<Matrix> C, Xi;  ///< by agent: p_i x n, p_i x p_i
-  std::vector<Matrix> G, F;   ///< by agent: n x p_i, n x n
-  Graph graph;
+/// What all agents agree on beforehand, beside their noises.
+struct SensorTuning {
+  double gamma = 1.0, beta = 1.0, balance = 1.0;
+  Vector alpha;  ///< by group; empty: Algorithm 3.2
+  Round flooding_rounds = 1;
 };
 
-/// (3.72) in the original ordering, N n x N n: diag(A - G_i C_i) - diag(F_i)(L (x) I).
-Matrix error_matrix(const SensorNetwork& network);
-/// P of (3.73), stationary, N n x N n. Throws ConfigError if the error matrix is not stable.
-Matrix error_covariance(const SensorNetwork& network);
+/// From parameters of the protocol sensor_network_observer (which says what they mean), for a plant A with so many state groups and at
+/// most `agents` agents. Throws ConfigError naming agent, parameter, what was found and what is allowed.
+SensorTuning sensor_tuning(AgentId self, const Values& parameters, const Matrix& A, std::size_t groups, std::size_t agents);
 
-/// The same observers stepped by h: e(k + 1) = exp(A h) ((I - h G_i C_i) e_i + S_i sum_j w_ij (e_j - e_i)).
-Matrix sampled_error_matrix(const SensorNetwork& network, Seconds h);
-/// Stationary covariance of e(k), with measurement noise N(0, Xi_i / h). Throws ConfigError if the sampled error matrix is not stable.
-Matrix sampled_error_covariance(const SensorNetwork& network, Seconds h);
-
-/// Largest modulus of an eigenvalue of a square matrix.
-double spectral_radius(const Matrix& A);
-
-/// X with A X A' + Q = X. A, Q n x n, Q symmetric positive semidefinite. Throws ConfigError if the spectral radius of A is not below one.
-Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q);
+/// alpha_j of (3.86) from the largest 1 / alpha_ij^max of all agents, by group.
+Vector alpha_of(const Vector& largest_inverse, double beta);
 
 }  // namespace consort

@@ -23,16 +23,12 @@
 /// with d_i = sum_j w_ij; the consensus part is stable whatever h, the correction for h rho(G_i C_i) < 1.
 /// Assumes: one plant for all (shared), linear; every group seen by an agent that reaches all others (3.21), Assumption 10.
 /// A missing message is an absent edge: its term is missing from the sum and its weight from d_i. With no message an agent goes on with its
-/// own sensor. Link noise disturbs the estimate in the message only.
+/// own sensor. A delayed estimate is moved on to the present by the plant's dynamics. Link noise disturbs the estimate alone.
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_flooding.hpp"
 #include "core/discretise.hpp"
 #include "core/sensor_network.hpp"
-#include "core/shapes.hpp"
-
-#include <cmath>
-#include <numbers>
 
 namespace consort {
 
@@ -42,6 +38,7 @@ struct SensorNetworkObserver {
   static constexpr std::string_view source = "Knotek, thesis, (3.22)-(3.31), Algorithm 3.2";
   static constexpr std::string_view assumptions = "one shared linear plant, every state group seen by a leader; leaders strongly connected";
   static constexpr bool needs_plant = true;
+  static constexpr Truth truth = Truth::state;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "1", "intensity Omega of the plant's process noise, > 0"},
       ValueDoc{"R", "covariance p x p (scalar, diagonal or matrix)", "1", "intensity Xi_i of the own sensor's noise, > 0"},
@@ -56,10 +53,8 @@ struct SensorNetworkObserver {
     StateGroups groups;
     LocalObserver own;
     Matrix C, E;  ///< C_i, exp(A h)
-    double gamma = 1.0, beta = 1.0;
-    Vector alpha;          ///< by group; empty: Algorithm 3.2
+    SensorTuning agreed;
     Vector inverse_bound;  ///< 1 / alpha_ij^max by group
-    Round flooding_rounds = 1;
   };
   struct State {
     Vector record;  ///< zhat_i (n); alpha_j of every group, 0: not yet known; whether the flooding is under way
@@ -89,22 +84,14 @@ struct SensorNetworkObserver {
     p.E = matrix_exponential(*A, setup.dt);
     p.own = local_observer(setup.self, *A, p.groups, p.C, values.covariance("Q", A->rows(), 1.0, true),
                            p.C.rows() == 0 ? Matrix(0, 0) : values.covariance("R", p.C.rows(), 1.0, true));
-    p.beta = share(values, setup, "beta");
-    const double balance = share(values, setup, "balance");
-    p.inverse_bound = inverse_alpha_bounds(p.own, *A, p.groups, setup.agents, balance);
-    p.gamma = values.has("gamma") ? values.scalar("gamma") : consensus_strength(*A, setup.agents, balance);
-    if (!(p.gamma > 0.0)) refuse(setup, "found gamma = " + text_of(p.gamma) + "; allowed: above 0");
-    if (values.has("alpha")) p.alpha = given_alpha(values, setup, p.groups.size());
-    const double rounds = values.scalar("flooding_rounds", static_cast<double>(setup.agents));
-    if (!(rounds >= 1.0 && rounds <= 1e6 && rounds == std::floor(rounds)))
-      refuse(setup, "found flooding_rounds = " + text_of(rounds) + "; allowed: a whole number from 1 to 1000000");
-    p.flooding_rounds = static_cast<Round>(rounds);
+    p.agreed = sensor_tuning(setup.self, values, *A, p.groups.size(), setup.agents);
+    p.inverse_bound = inverse_alpha_bounds(p.own, *A, p.groups, setup.agents, p.agreed.balance);
     return p;
   }
 
   static State init(const Params& p, const Setup& setup) {
     const Eigen::Index n = p.E.rows(), l = p.inverse_bound.size();
-    State s{Vector::Zero(n + l + 1), FloodedMaximum(p.inverse_bound, p.flooding_rounds), {}, {}, -1.0, Vector::Zero(n)};
+    State s{Vector::Zero(n + l + 1), FloodedMaximum(p.inverse_bound, p.agreed.flooding_rounds), {}, {}, -1.0, Vector::Zero(n)};
     if (setup.initial.has("x")) {
       const Vector x = setup.initial.vector("x");
       if (x.size() != n && x.size() != 1)
@@ -113,7 +100,7 @@ struct SensorNetworkObserver {
       s.record.head(n) = x.size() == n ? x : Vector::Constant(n, x[0]);
     }
     s.record[n + l] = 1.0;
-    if (p.alpha.size() > 0) use(p, s, p.alpha);
+    if (p.agreed.alpha.size() > 0) use(p, s, p.agreed.alpha);
     return s;
   }
   static Message message(const Params&, const State& s, const Sense&) {
@@ -126,7 +113,10 @@ struct SensorNetworkObserver {
     double d = 0.0;
     s.sum.setZero();
     for (const auto& [from, sent, w_ij, heard] : inbox) {
-      s.sum += w_ij * (heard.x.vector() - z);
+      if (sent == sense.k)
+        s.sum += w_ij * (heard.x.vector() - z);
+      else
+        s.sum += w_ij * (moved_on(p, heard.x.vector(), sense.k - sent) - z);
       d += w_ij;
     }
     if (d > 0.0 && s.knows_alpha()) {
@@ -154,15 +144,20 @@ struct SensorNetworkObserver {
   }
 
  private:
+  /// zhat_j of so many rounds ago, where the plant's dynamics have brought it by now.
+  static Vector moved_on(const Params& p, Vector z_j, Round rounds) {
+    for (Round r = 0; r < rounds; ++r) z_j = (p.E * z_j).eval();
+    return z_j;
+  }
+
   static void flood(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     s.flooding.begin();
     for (const auto& [from, sent, w_ij, heard] : inbox) s.flooding.heard(heard.bound.vector(), heard.age.vector(), sense.k - sent);
     s.flooding.end();
     double& under_way = s.record[s.record.size() - 1];
     const bool ended = s.flooding.ended();
-    // alpha_j = min(1, beta / max_i (1 / alpha_ij^max)), once everybody has been heard                                  (3.86)
-    if (ended && under_way != 0.0 && p.alpha.size() == 0)
-      use(p, s, s.flooding.largest().unaryExpr([&](double inverse) { return inverse > p.beta ? p.beta / inverse : 1.0; }));
+    // alpha_j = min(1, beta min_i alpha_ij^max), once everybody has been heard                                          (3.86)
+    if (ended && under_way != 0.0 && p.agreed.alpha.size() == 0) use(p, s, alpha_of(s.flooding.largest(), p.agreed.beta));
     under_way = ended ? 0.0 : 1.0;
   }
 
@@ -170,28 +165,10 @@ struct SensorNetworkObserver {
     auto used = s.record.segment(s.sum.size(), alpha.size());
     if (used == alpha) return;
     used = alpha;
-    s.F = consensus_gain(p.own, p.groups, p.gamma, alpha.cwiseInverse());
+    s.F = consensus_gain(p.own, p.groups, p.agreed.gamma, alpha.cwiseInverse());
     s.d = -1.0;
   }
 
-  static double consensus_strength(const Matrix& A, std::size_t agents, double balance) {
-    const double growth = Eigen::SelfAdjointEigenSolver<Matrix>(A + A.transpose(), Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-    if (growth <= 1e-12 * A.norm() || agents < 2) return 1.0;
-    return 1.1 * growth / (2.0 * balance * (1.0 - std::cos(std::numbers::pi / static_cast<double>(agents))));
-  }
-  static Vector given_alpha(const Values& values, const Setup& setup, std::size_t groups) {
-    const Vector alpha = values.vector("alpha");
-    const auto l = static_cast<Eigen::Index>(groups);
-    if ((alpha.size() != 1 && alpha.size() != l) || !(alpha.minCoeff() > 0.0))
-      refuse(setup, "found an alpha of length " + std::to_string(alpha.size()) + "; allowed: one number above 0, or one per state group, " +
-                        std::to_string(groups));
-    return alpha.size() == l ? alpha : Vector::Constant(l, alpha[0]);
-  }
-  static double share(const Values& values, const Setup& setup, const std::string& which) {
-    const double value = values.scalar(which, 1.0);
-    if (!(value > 0.0 && value <= 1.0)) refuse(setup, "found " + which + " = " + text_of(value) + "; allowed: above 0, up to 1");
-    return value;
-  }
   static Numbers view(const Vector& vector) { return {Eigen::Map<const Vector>(vector.data(), vector.size())}; }
   [[noreturn]] static void refuse(const Setup& setup, const std::string& what) {
     throw ConfigError("protocol sensor_network_observer: agent " + std::to_string(setup.self.value) + " " + what);

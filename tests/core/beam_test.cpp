@@ -2,6 +2,7 @@
 
 #include "core/beam.hpp"
 
+#include "core/beam_plant.hpp"
 #include "tests/core/systems.hpp"
 
 #include <gtest/gtest.h>
@@ -171,6 +172,66 @@ TEST(Beam, StretchedModelIsWithinAFewPercentOfTheTable) {
     EXPECT_LT(std::abs(model.z[2 * j] / thesis[j] - 1.0), 0.1);
     EXPECT_LT((model.C.col(2 * j) - kC.col(j)).cwiseAbs().maxCoeff(), 0.05 * kC.col(j).cwiseAbs().maxCoeff());
   }
+}
+
+BeamPlant plant_of(const std::vector<std::pair<std::string, double>>& common, std::size_t agents = 6, double sensor_of_1 = -1) {
+  std::vector<Values> parameters(agents), initial(agents);
+  for (Values& own : parameters)
+    for (const auto& [name, value] : common) own.set(name, value);
+  if (sensor_of_1 >= 0) parameters[0].set("sensor", sensor_of_1);
+  return beam_plant(parameters, initial);
+}
+
+TEST(BeamPlant, TableHasTheStatedSensorsWithTheirSmallEntriesZeroed) {
+  const BeamPlant plant = plant_of({});
+  ASSERT_EQ(plant.C.size(), 6U);
+  const Matrix seen{{1, 1, 1, 1}, {1, 0, 1, 0}, {1, 1, 0, 1}, {1, 1, 1, 0}};  // O_1 .. O_4
+  for (Eigen::Index i = 0; i < 4; ++i)
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      EXPECT_EQ(plant.C[static_cast<std::size_t>(i)](0, 2 * j), seen(i, j) * kC(i, j));
+      EXPECT_EQ(plant.C[static_cast<std::size_t>(i)](0, 2 * j + 1), 0.0);
+    }
+  EXPECT_EQ(plant.C[4].rows(), 0);
+  EXPECT_EQ(plant.C[5].rows(), 0);
+  EXPECT_EQ(plant_of({{"cutoff", 0}}).C[1](0, 2), .0498207);
+  const Vector damping{{.007931, .048851, .167291, .423811}};
+  for (Eigen::Index j = 0; j < 4; ++j) EXPECT_NEAR(-plant.A(2 * j + 1, 2 * j + 1), damping[j], 1e-12);
+  EXPECT_EQ(plant.A(0, 1), 89.0);
+}
+
+TEST(BeamPlant, TableStartsFromTheDisplacementThatThePlainBeamHasThere) {
+  BeamModes modes = bending_modes(plain(), 4);
+  modes.omega = Vector{{89, 221, 409, 651}};
+  EXPECT_LT((plant_of({}).x - modal_model(modes, {}, 6, 10.0).z).norm(), 1e-7);
+}
+
+TEST(BeamPlant, FiniteElementsSeeTheSameModesAndAreWithinAFewPercent) {
+  const BeamPlant table = plant_of({}), elements = plant_of({{"reduction", 1}});
+  EXPECT_LT((elements.A - table.A).cwiseAbs().maxCoeff(), 0.01 * 651);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (Eigen::Index c = 0; c < 8; ++c) {
+      EXPECT_EQ(elements.C[i](0, c) == 0.0, table.C[i](0, c) == 0.0) << i << c;
+      EXPECT_NEAR(elements.C[i](0, c), table.C[i](0, c), 0.04 * std::abs(table.C[i](0, c)));
+    }
+  EXPECT_LT((elements.x - table.x).norm(), 0.03 * table.x.norm());
+  EXPECT_EQ(plant_of({{"reduction", 1}, {"modes", 6}}, 2, 12).A.rows(), 12);
+}
+
+TEST(BeamPlant, RefusesWhatTheTableDoesNotHold) {
+  EXPECT_EQ(complaint([] { plant_of({}, 6, 5); }),
+            "beam: parameter 'sensor': found 5; allowed: 3, 7, 9, 11 with the table, 0 for none; any with reduction: finite_elements");
+  EXPECT_EQ(complaint([] {
+              plant_of({{"displaced", 7}});
+            }),
+            "beam: parameter 'displaced': found 7; allowed: 6 with the table; any with reduction: finite_elements");
+  EXPECT_EQ(complaint([] {
+              plant_of({{"reduction", 1}, {"elements", 2.5}});
+            }),
+            "beam: parameter 'elements': found 2.5; allowed: a whole number from 2 to 200");
+  std::vector<Values> parameters(2), initial(2);
+  parameters[1].set("tension", 3.0);
+  EXPECT_EQ(complaint([&] { beam_plant(parameters, initial); }),
+            "beam: agent 2: found another 'tension' than that of agent 1; allowed: one beam for all");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // The network of observers of Knotek's thesis, chapter 3: its design, and the covariances of section 3.6.3.
 
-#include "core/sensor_network.hpp"
+#include "core/sensor_network_errors.hpp"
 
 #include "core/discretise.hpp"
 #include "core/riccati.hpp"
@@ -365,7 +365,8 @@ TEST(SensorNetwork, IsRefusedACovarianceIfItIsNotStable) {
   SensorNetwork network = beam::designed().network;
   network.A(1, 1) = 10.0;
   for (Matrix& G : network.G) G.setZero();
-  EXPECT_EQ(complaint([&] { error_covariance(network); }).substr(0, 62), "the network of observers has no stationary covariance: the larg");
+  EXPECT_EQ(complaint([&] { error_covariance(network); }).substr(0, 68),
+            "the network of observers has no stationary covariance: the largest r");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "core/beam.hpp"
 #include "core/sensor_network.hpp"
+#include "core/sensor_network_errors.hpp"
 
 #include <vector>
 
