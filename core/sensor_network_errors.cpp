@@ -6,6 +6,8 @@
 #include "core/schur.hpp"
 #include "core/sensor_network.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <limits>
 #include <string>
@@ -29,6 +31,27 @@ void add_coupling(Matrix& whole, const Graph& graph, AgentId i, const Matrix& S)
   const Eigen::Index n = S.rows();
   for (const Neighbour& j : graph.in_neighbours(i)) block_of(whole, index_of(i), index_of(j.id), n) += j.weight * S;
   block_of(whole, index_of(i), index_of(i), n) -= in_degree(graph, i) * S;
+}
+
+/// By agent: whether it reaches `to` (itself included).
+std::vector<char> ancestors(const Graph& graph, AgentId to) {
+  std::vector<char> reached(graph.agents(), 0);
+  std::vector<AgentId> queue{to};
+  reached[index_of(to)] = 1;
+  while (!queue.empty()) {
+    const AgentId at = queue.back();
+    queue.pop_back();
+    for (const Neighbour& j : graph.in_neighbours(at)) {
+      if (reached[index_of(j.id)] != 0) continue;
+      reached[index_of(j.id)] = 1;
+      queue.push_back(j.id);
+    }
+  }
+  return reached;
+}
+
+Vector symmetric_part_spectrum(const Matrix& a) {
+  return Eigen::SelfAdjointEigenSolver<Matrix>(a + a.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
 }
 
 [[noreturn]] void refuse_unstable(const std::string& what, const std::string& found) {
@@ -83,6 +106,49 @@ Matrix sampled_error_covariance(const SensorNetwork& network, Seconds h) {
     block_of(noise, i, i, network.A.rows()) += h * gain * network.Xi[i] * gain.transpose();
   }
   return discrete_lyapunov(step, 0.5 * (noise + noise.transpose()));
+}
+
+std::vector<std::vector<AgentId>> leader_groups(const Graph& graph) {
+  std::vector<std::vector<char>> reaches_me;
+  for (std::size_t i = 0; i < graph.agents(); ++i) reaches_me.push_back(ancestors(graph, agent_at(i)));
+  std::vector<std::vector<AgentId>> groups;
+  std::vector<char> placed(graph.agents(), 0);
+  for (std::size_t i = 0; i < graph.agents(); ++i) {
+    if (placed[i] != 0) continue;
+    std::vector<AgentId> group;
+    bool leads = true;
+    for (std::size_t j = 0; j < graph.agents(); ++j) {
+      if (reaches_me[i][j] == 0) continue;
+      leads = leads && reaches_me[j][i] != 0;
+      group.push_back(agent_at(j));
+    }
+    if (!leads) continue;
+    for (const AgentId agent : group) placed[index_of(agent)] = 1;
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<AgentId>& leaders) {
+  std::vector<Eigen::Index> in, out;
+  for (std::size_t i = 0; i < graph.agents(); ++i)
+    (std::find(leaders.begin(), leaders.end(), agent_at(i)) != leaders.end() ? in : out).push_back(static_cast<Eigen::Index>(i));
+  const Matrix L = laplacian(graph);
+  const double growth = std::max(0.0, symmetric_part_spectrum(A).maxCoeff());
+  GammaBounds bounds;
+  if (in.size() > 1) {
+    const Vector w = left_null_vector(graph)(in);
+    bounds.balance = w.minCoeff() / w.maxCoeff();
+    // w_max lambda_max(A + A') / lambda_min>0(W L + L'W); the smallest eigenvalue is the zero of 1                          (3.83)
+    bounds.leaders = w.maxCoeff() * growth / symmetric_part_spectrum(w.asDiagonal() * L(in, in))[1];
+  }
+  if (!out.empty()) {
+    // L(out, out) is L~ + G~, with what they hear of the leaders as pinning; theta = (L~ + G~)^-T 1                          (3.84)
+    const Matrix pinned = L(out, out);
+    const Vector theta = pinned.transpose().partialPivLu().solve(Vector::Ones(pinned.rows()));
+    bounds.followers = theta.maxCoeff() * growth / symmetric_part_spectrum(theta.asDiagonal() * pinned)[0];
+  }
+  return bounds;
 }
 
 double spectral_radius(const Matrix& A) {

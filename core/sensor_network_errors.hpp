@@ -32,6 +32,17 @@ Matrix sampled_error_matrix(const SensorNetwork& network, Seconds h);
 /// Stationary covariance of e(k), with measurement noise N(0, Xi_i / h). Throws ConfigError if the sampled error matrix is not stable.
 Matrix sampled_error_covariance(const SensorNetwork& network, Seconds h);
 
+/// The groups of agents that reach each other and hear nobody else, by their first agent: one of them is the irreducible leader group of
+/// Assumption 10 if the graph has a spanning tree.
+std::vector<std::vector<AgentId>> leader_groups(const Graph& graph);
+
+/// What gamma must exceed by (3.83) and (3.84), with one leader group; 0: any gamma does.
+struct GammaBounds {
+  double leaders = 0.0, followers = 0.0;
+  double balance = 1.0;  ///< w_min / w_max of the leaders' left null vector
+};
+GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<AgentId>& leaders);
+
 /// Largest modulus of an eigenvalue of a square matrix.
 double spectral_radius(const Matrix& A);
 

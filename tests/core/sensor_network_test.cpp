@@ -312,6 +312,67 @@ TEST(AlphaBound, IsNoneForTheDampedModesOfTheBeam) {
     EXPECT_TRUE(inverse_alpha_bounds(observer, network.A, state_groups(network.A), 6, 1.0).isZero(0.0));
 }
 
+using Groups = std::vector<std::vector<AgentId>>;
+
+TEST(LeaderGroups, OfTheBeamAreItsSensors) {
+  std::vector<Edge> edges = beam::edges();
+  const auto ids = [](std::vector<std::uint32_t> values) {
+    std::vector<AgentId> out;
+    for (const std::uint32_t value : values) out.push_back(AgentId{value});
+    return out;
+  };
+  EXPECT_EQ(leader_groups(Graph(6, edges)), (Groups{ids({1, 2, 3, 4})}));
+  std::erase(edges, edge(4, 1));
+  EXPECT_EQ(leader_groups(Graph(6, edges)), (Groups{ids({1, 2, 3})}));
+  std::erase(edges, edge(3, 5));
+  EXPECT_EQ(leader_groups(Graph(6, edges)), (Groups{ids({1, 2, 3}), ids({5})}));
+}
+
+TEST(LeaderGroups, AreOneThatIsEverybodyExactlyInStronglyConnectedGraphs) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    Stream stream = Seed{seed}.stream(Purpose{"leader groups"});
+    const std::size_t n = 1 + stream.below(8);
+    const Graph graph = random_graph(stream, n, 0.3);
+    const auto groups = leader_groups(graph);
+    ASSERT_EQ(groups.size() == 1, has_spanning_tree(graph));
+    ASSERT_EQ(groups.size() == 1 && groups[0].size() == n, strongly_connected(graph));
+    if (groups.size() != 1) continue;
+    const Vector w = left_null_vector(graph);
+    for (std::size_t i = 0; i < n; ++i)
+      ASSERT_EQ(w[static_cast<Eigen::Index>(i)] > 1e-12, std::count(groups[0].begin(), groups[0].end(), agent_at(i)) == 1);
+  }
+}
+
+TEST(GammaBounds, OfARingAndAFollowerAreTheAnalyticOnes) {
+  // Directed 3-ring: w = 1/3, W L + L'W = (2 I - cyclic neighbours) / 3, eigenvalue 1. lambda_max(A + A') = 2: bound (1/3) 2 / 1.
+  // One follower: L~ + G~ = 1, theta = 1: bound 2 / 2.
+  const Graph graph(4, std::vector<Edge>{edge(1, 2), edge(2, 3), edge(3, 1), edge(3, 4)});
+  const GammaBounds bounds = gamma_bounds(Matrix{{1.0}}, graph, leader_groups(graph).at(0));
+  EXPECT_NEAR(bounds.leaders, 2.0 / 3.0, 1e-12);
+  EXPECT_NEAR(bounds.followers, 1.0, 1e-12);
+  EXPECT_NEAR(bounds.balance, 1.0, 1e-12);
+  const GammaBounds damped = gamma_bounds(Matrix{{-1.0}}, graph, leader_groups(graph).at(0));
+  EXPECT_EQ(damped.leaders, 0.0);
+  EXPECT_EQ(damped.followers, 0.0);
+}
+
+TEST(SensorTuning, TakesAGammaAboveTheBoundOfEveryStronglyConnectedGraph) {
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    Stream stream = Seed{seed}.stream(Purpose{"worst gamma"});
+    const std::size_t n = 2 + stream.below(7);
+    std::vector<WeightedEdge> edges = directed_ring(n).edges();
+    for (const WeightedEdge& more : random_graph(stream, n, 0.2).edges()) edges.push_back({more.edge, 1.0});
+    const Graph graph(n, edges);
+    const Matrix A = random_matrix(stream, 3, 3);
+    const GammaBounds bounds = gamma_bounds(A, graph, leader_groups(graph).at(0));
+    Values given;
+    given.set("balance", bounds.balance * 0.999);
+    ASSERT_GT(sensor_tuning(AgentId{1}, given, A, 1, n).gamma, bounds.leaders);
+  }
+}
+
 TEST(ConsensusStep, IsTheSeriesOfTheExponential) {
   const Matrix F{{2, .5, 0}, {.5, 1, .2}, {0, .2, 0.3}};
   const double d = 1.7, h = 0.3;
