@@ -5,6 +5,7 @@
 #include "orchestrator/theory_adaptive.hpp"
 #include "orchestrator/theory_control.hpp"
 #include "orchestrator/theory_filters.hpp"
+#include "orchestrator/theory_sensor_network.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
@@ -73,6 +74,7 @@ class Examination {
       if (choice.name == "kalman_consensus") kalman(choice);
       for (Finding& finding : examine_control(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       for (Finding& finding : examine_filters(experiment_, survey_, choice)) out_.push_back(std::move(finding));
+      for (Finding& finding : examine_sensor_network(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
       if (adapts_gains(choice.name)) examine_adaptive(experiment_, choice, survey_, out_);
     }
