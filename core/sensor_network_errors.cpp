@@ -160,7 +160,7 @@ double spectral_radius(const Matrix& A) {
 Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q) {
   const double radius = spectral_radius(A);
   if (!(radius < 1.0)) refuse_unstable("the spectral radius of a step", std::to_string(radius));
-  // X_m = sum of A^k Q A'^k over k < 2^m: X_(m+1) = X_m + A^(2^m) X_m A'^(2^m)  (Smith's doubling)
+  // X_m = sum of A^k Q A'^k over k < 2^m: X_(m+1) = X_m + A^(2^m) X_m A'^(2^m)  (Smith 1968)
   Matrix X = Q, power = A;
   for (int doubling = 0; doubling < 60; ++doubling) {
     const Matrix added = power * X * power.transpose();

@@ -275,19 +275,20 @@ class Merged {
 
 std::vector<Finding> examine_sensor_network(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice) {
   if (choice.name != "sensor_network_observer") return {};
-  const std::string condition = "sensor_network_observer: ";
+  const std::string who = "sensor_network_observer: ";
+  const Physics physics(plant_task(experiment, experiment.seed));
+  if (!physics.shared())
+    return {{Verdict::refused, who + "one linear plant that all agents share",
+             "found the model " + experiment.plant->model + ", of which each agent has a part",
+             "agents would draw estimates of different things together: take a shared plant, such as shared_linear or beam"}};
   std::set<const Graph*> seen;
   Merged merged;
   for (const auto& segment : survey.segments) {
     if (!seen.insert(segment.graph.get()).second) continue;
-    if (seen.size() > kMostGraphs)
-      return {{Verdict::note, condition + "stability of the errors", "more than " + std::to_string(kMostGraphs) + " different graphs",
-               "not examined"}};
-    const auto examined = examined_network(experiment, choice, *segment.graph, segment.first);
+    const auto examined = seen.size() > kMostGraphs ? std::nullopt : examined_network(experiment, choice, *segment.graph, segment.first);
     if (!examined)
-      return {{Verdict::note, condition + "stability of the errors",
-               "no linear plant that all agents share, or more than 400 numbers in all errors", "not examined"}};
-    const Physics physics(plant_task(experiment, experiment.seed));
+      return {{Verdict::note, who + "observability, leaders, stability", "too many graphs, or too many numbers in the errors of all agents",
+               "not examined"}};
     merged.add(NetworkExamination(experiment, *examined, names_of(examined->groups, physics.state_layout())).findings(), segment.first);
   }
   return merged.take();
