@@ -42,16 +42,11 @@ Experiment observed_beam(const beam::Case& given, Seconds dt, Seconds duration) 
 
 void disturb(Experiment& e) {
   e.plant->initial = {{"displacement", same(0.0)}};
-  Disturbance process;
-  process.on = Disturbance::On::state;
-  process.signal = Disturbance::Gaussian{Matrix(beam::process_noise().diagonal()), true};
-  e.plant->disturbances = {process};
-  for (std::size_t i = 0; i < 4; ++i) {
-    Disturbance sensor;
-    sensor.signal = Disturbance::Gaussian{Matrix::Constant(1, 1, beam::sensor_noises()[i]), true};
-    sensor.agents = {agent_at(i)};
-    e.plant->disturbances.push_back(sensor);
-  }
+  using On = Disturbance::On;
+  e.plant->disturbances = {{On::state, Disturbance::Gaussian{Matrix(beam::process_noise().diagonal()), true}, 1, {}}};
+  for (std::size_t i = 0; i < 4; ++i)
+    e.plant->disturbances.push_back(
+        {On::measurement, Disturbance::Gaussian{Matrix::Constant(1, 1, beam::sensor_noises()[i]), true}, 1, {agent_at(i)}});
 }
 
 Trace run(const Experiment& e) { return simulate(e, e.protocols[0], e.seed); }
