@@ -51,7 +51,7 @@ TEST(TheorySensorNetwork, FindsNothingWrongWithTheBeam) {
   EXPECT_SAYS("-0.792994", only(beam(), "the error matrix of the whole network is stable").evidence);
   const Finding covariance = only(beam(), "stationary covariance of the errors");
   EXPECT_SAYS("trace P = 0.016053, with steps of dt 0.016087", covariance.evidence);
-  EXPECT_SAYS("sees itself 0.0064662, by its own filter alone (3.29) 0.010598", covariance.evidence);
+  EXPECT_SAYS("sees itself 0.0064663, by its own filter alone (3.29) 0.010598", covariance.evidence);
   const Finding five = only(beam(), "variances of agent 5");
   EXPECT_SAYS("mode2 0.0002546", five.evidence);
   EXPECT_EQ(five.consequence, "no sensor");
