@@ -26,7 +26,7 @@ Vector symmetric_eigenvalues(const Matrix& a) { return Eigen::SelfAdjointEigenSo
 
 /// "3 (components 5, 6)", counted from 1.
 std::string group_text(const StateGroups& groups, std::size_t j) {
-  std::string out = std::to_string(j + 1) + " (components";
+  std::string out = std::to_string(j + 1) + (groups[j].size() == 1 ? " (component" : " (components");
   for (const Eigen::Index c : groups[j]) out += (c == groups[j].front() ? " " : ", ") + std::to_string(c + 1);
   return out + ")";
 }

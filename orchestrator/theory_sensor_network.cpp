@@ -32,7 +32,7 @@ std::string listed(const std::vector<AgentId>& agents) {
 std::vector<std::string> names_of(const StateGroups& groups, const Layout& layout) {
   std::vector<std::string> out;
   for (const auto& group : groups) {
-    std::string name = "components";
+    std::string name = group.size() == 1 ? "component" : "components";
     for (const Eigen::Index c : group) name += (c == group.front() ? " " : ", ") + std::to_string(c + 1);
     std::size_t at = 0;
     for (const Field& field : layout.fields) {

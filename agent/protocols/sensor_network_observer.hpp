@@ -59,9 +59,9 @@ struct SensorNetworkObserver {
   struct State {
     Vector record;  ///< zhat_i (n); alpha_j of every group, 0: not yet known; whether the flooding is under way
     FloodedMaximum flooding;
-    Matrix F, S;      ///< F_i; S_i for in-degree d
-    double d = -1.0;  ///< -1: S is not that of F
-    Vector sum;
+    Matrix F, S;                   ///< F_i; S_i for in-degree d
+    double d = -1.0;               ///< -1: S is not that of F
+    Vector sum, step, innovation;  ///< of the present round: n, n, p
     [[nodiscard]] Eigen::Map<const Vector> z() const { return {record.data(), sum.size()}; }
     [[nodiscard]] bool knows_alpha() const { return record[sum.size()] > 0.0; }
   };
@@ -91,7 +91,9 @@ struct SensorNetworkObserver {
 
   static State init(const Params& p, const Setup& setup) {
     const Eigen::Index n = p.E.rows(), l = p.inverse_bound.size();
-    State s{Vector::Zero(n + l + 1), FloodedMaximum(p.inverse_bound, p.agreed.flooding_rounds), {}, {}, -1.0, Vector::Zero(n)};
+    State s{
+        Vector::Zero(n + l + 1), FloodedMaximum(p.inverse_bound, p.agreed.flooding_rounds), {}, {}, -1.0, Vector::Zero(n), Vector::Zero(n),
+        Vector::Zero(p.C.rows())};
     if (setup.initial.has("x")) {
       const Vector x = setup.initial.vector("x");
       if (x.size() != n && x.size() != 1)
@@ -109,6 +111,8 @@ struct SensorNetworkObserver {
 
   /// State at k + 1 (z: n x 1, in the units of the plant's state).
   static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    if (sense.y.size() < static_cast<std::size_t>(p.C.rows()))
+      check(false, "an agent with a sensor is given its measurement in every round");
     auto z = s.record.head(s.sum.size());
     double d = 0.0;
     s.sum.setZero();
@@ -119,20 +123,23 @@ struct SensorNetworkObserver {
         s.sum += w_ij * (moved_on(p, heard.x.vector(), sense.k - sent) - z);
       d += w_ij;
     }
+    s.step.setZero();
     if (d > 0.0 && s.knows_alpha()) {
       if (d != s.d) {
         s.S = consensus_step(s.F, d, sense.dt);
         s.d = d;
       }
-      s.sum = (s.S * s.sum).eval();
-    } else {
-      s.sum.setZero();
+      s.step.noalias() += s.S * s.sum;
     }
     if (p.C.rows() > 0) {
-      const Eigen::Map<const Vector> y(sense.y.data(), p.C.rows());
-      s.sum += sense.dt * (p.own.G * (y - p.C * z));
+      s.innovation = Eigen::Map<const Vector>(sense.y.data(), p.C.rows());
+      s.innovation.noalias() -= p.C * z;
+      s.innovation *= sense.dt;
+      s.step.noalias() += p.own.G * s.innovation;
     }
-    z = (p.E * (z + s.sum)).eval();
+    // zhat_i+ = exp(A h) [ zhat_i + h G_i (y_i - C_i zhat_i) + S_i sum_j w_ij (zhat_j - zhat_i) ]
+    s.step += z;
+    z.noalias() = p.E * s.step;
     flood(p, s, sense, inbox);
   }
 
