@@ -100,7 +100,7 @@ class NetworkExamination {
     const std::string condition = "the graph has a spanning tree, and all sensing agents are its leaders (Assumption 10)";
     if (groups.size() != 1) {
       add(Verdict::refused, condition,
-          fmt::format("{} hear nobody else, and neither do {}", listed(original(groups[0])), listed(original(groups[1]))),
+          fmt::format("two groups hear nobody outside: {}; {}", listed(original(groups[0])), listed(original(groups[1]))),
           "what one group sees never reaches the other: add an edge between them");
       return;
     }
