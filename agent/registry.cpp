@@ -20,6 +20,7 @@
 #include "agent/protocols/local_voting.hpp"
 #include "agent/protocols/measured_consensus.hpp"
 #include "agent/protocols/minimum_energy_consensus.hpp"
+#include "agent/protocols/sensor_network_observer.hpp"
 #include "agent/protocols/static_consensus.hpp"
 #include "agent/protocols/su_consensus.hpp"
 #include "agent/protocols/unbiased_information_consensus.hpp"
@@ -106,6 +107,7 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<DistributedObserver>(),
       entry<AcyclicSensingGraph>(),
       entry<CooperativeLocalization>(),
+      entry<SensorNetworkObserver>(),
   };
   return table;
 }

@@ -5,6 +5,7 @@
 #include "core/metrics_estimation.hpp"
 #include "core/metrics_gains.hpp"
 #include "core/metrics_observer.hpp"
+#include "core/metrics_sensor_network.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -125,6 +126,18 @@ constexpr std::array kTable{
     MetricEntry{"observer_error_peak", "largest |E| in the second half of the run", observer_error_peak},
     MetricEntry{"observer_bound", "what it stays below with others' inputs unknown, (19); observer_bound_stacked: all inputs at once",
                 observer_bound},
+    MetricEntry{"covariance", "sensor network: variances of each agent's stationary error, P of Knotek, thesis, (3.73)", covariance},
+    MetricEntry{"covariance_trace", "sensor network: trace of that P, over all agents", covariance_trace},
+    MetricEntry{"covariance_trace_sampled", "sensor network: the same with steps of dt", covariance_trace_sampled},
+    MetricEntry{"covariance_trace_observed", "sensor network: that of the state groups each agent sees itself", covariance_trace_observed},
+    MetricEntry{"local_covariance", "sensor network: variances of each sensor's own Kalman filter (3.29)", local_covariance},
+    MetricEntry{"local_covariance_trace", "sensor network: their sum", local_covariance_trace},
+    MetricEntry{"kalman_covariance", "sensor network: variances of one Kalman filter with all sensors", kalman_covariance},
+    MetricEntry{"gain_norm", "sensor network: 2-norm of each agent's observer gain G_i", gain_norm},
+    MetricEntry{"consensus_norm", "sensor network: 2-norm of gamma M_i^-1, each agent's consensus gain on what it sees", consensus_norm},
+    MetricEntry{"error_abscissa", "sensor network: largest real part of an eigenvalue of the error matrix, 1/s", error_abscissa},
+    MetricEntry{"error_variance", "sensor network: mean square of each agent's estimation error, second half of the run, and their sum",
+                error_variance},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},

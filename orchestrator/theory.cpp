@@ -6,6 +6,7 @@
 #include "orchestrator/theory_control.hpp"
 #include "orchestrator/theory_filters.hpp"
 #include "orchestrator/theory_observer.hpp"
+#include "orchestrator/theory_sensor_network.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
@@ -74,6 +75,7 @@ class Examination {
       if (choice.name == "kalman_consensus") kalman(choice);
       for (Finding& finding : examine_control(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       for (Finding& finding : examine_filters(experiment_, survey_, choice)) out_.push_back(std::move(finding));
+      for (Finding& finding : examine_sensor_network(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
       if (adapts_gains(choice.name)) examine_adaptive(experiment_, choice, survey_, out_);
       if (observes_everybody(choice.name)) examine_observer(experiment_, choice, survey_, out_);

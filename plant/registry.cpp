@@ -1,6 +1,7 @@
 #include "plant/registry.hpp"
 
 #include "core/nearest.hpp"
+#include "plant/models/beam.hpp"
 #include "plant/models/integrator.hpp"
 #include "plant/models/linear.hpp"
 #include "plant/models/shared_linear.hpp"
@@ -23,6 +24,7 @@ std::span<const PlantEntry> plant_table() {
       entry<Integrator>(),
       entry<Linear>(),
       entry<SharedLinear>(),
+      entry<ClampedBeam>(),
       entry<SineDrift>(),
   };
   return table;
