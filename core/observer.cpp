@@ -164,12 +164,6 @@ double spectral_norm(const Matrix& value) {
   return std::sqrt(std::max(0.0, squares.eigenvalues()[value.cols() - 1]));
 }
 
-double spectral_radius(const Matrix& value) {
-  double largest = 0.0;
-  for (const auto& lambda : eigenvalues_of(value)) largest = std::max(largest, std::abs(lambda));
-  return largest;
-}
-
 std::optional<ErrorDecay> error_decay(const Matrix& R) {
   constexpr double kShare = 0.9, kTimeConstants = 20.0;
   constexpr int kSamples = 1000;

@@ -81,8 +81,6 @@ double ultimate_bound(const ErrorDecay& decay, double input_norm, double ubar);
 
 /// Largest singular value.
 double spectral_norm(const Matrix& value);
-/// Largest modulus of an eigenvalue.
-double spectral_radius(const Matrix& value);
 
 // Bounds of the smallest |lambda(S^(j))|, and the mu that follows for an agreed maximum of m agents.
 /// (14), undirected graph with binary weights: (lambda_2 / (lambda_2 + 1))^(m - 1) / m.

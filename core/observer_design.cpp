@@ -1,6 +1,7 @@
 #include "core/observer_design.hpp"
 
 #include "core/errors.hpp"
+#include "core/schur.hpp"
 #include "core/shapes.hpp"
 
 #include <cmath>

@@ -139,7 +139,4 @@ Matrix iterative_error_matrix(const Matrix& A, const std::vector<IterativeFilter
   return E;
 }
 
-double abscissa(const Matrix& value) { return eigenvalues(value).real().maxCoeff(); }
-double spectral_radius(const Matrix& value) { return eigenvalues(value).cwiseAbs().maxCoeff(); }
-
 }  // namespace consort

@@ -69,9 +69,4 @@ struct IterativeFilter {
 /// E with e(k+1) = E e(k): e_i(k+1) = A [(I - M_i S_i) e_i + epsilon_i M_i sum_j w_ij (e_j - e_i)], A = exp(A_plant dt).
 Matrix iterative_error_matrix(const Matrix& A, const std::vector<IterativeFilter>& filters, const Graph& graph);
 
-/// Largest real part among the eigenvalues. Throws RunError if they are not found.
-double abscissa(const Matrix& value);
-/// Largest modulus among the eigenvalues. Throws RunError if they are not found.
-double spectral_radius(const Matrix& value);
-
 }  // namespace consort

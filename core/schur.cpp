@@ -84,4 +84,10 @@ double spectral_abscissa(const Matrix& A) {
   return largest;
 }
 
+double spectral_radius(const Matrix& A) {
+  double largest = 0.0;
+  for (const std::complex<double> value : eigenvalues_of(A)) largest = std::max(largest, std::abs(value));
+  return largest;
+}
+
 }  // namespace consort

@@ -34,4 +34,7 @@ std::vector<std::complex<double>> eigenvalues_of(const Matrix& A);
 /// Largest real part of an eigenvalue of A (n >= 1): negative if and only if x' = A x decays.
 double spectral_abscissa(const Matrix& A);
 
+/// Largest modulus of an eigenvalue of A (0 without any): below one if and only if x(k + 1) = A x(k) decays.
+double spectral_radius(const Matrix& A);
+
 }  // namespace consort

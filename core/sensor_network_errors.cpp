@@ -151,12 +151,6 @@ GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<
   return bounds;
 }
 
-double spectral_radius(const Matrix& A) {
-  double largest = 0.0;
-  for (const auto& lambda : eigenvalues_of(A)) largest = std::max(largest, std::abs(lambda));
-  return largest;
-}
-
 Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q) {
   const double radius = spectral_radius(A);
   if (!(radius < 1.0)) refuse_unstable("the spectral radius of a step", std::to_string(radius));

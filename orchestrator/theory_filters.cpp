@@ -4,6 +4,7 @@
 #include "core/discretise.hpp"
 #include "core/luenberger.hpp"
 #include "core/observers.hpp"
+#include "core/schur.hpp"
 #include "core/shapes.hpp"
 #include "orchestrator/theory_control.hpp"
 #include "plant/model_physics.hpp"
@@ -219,7 +220,7 @@ class FilterExamination {
   }
 
   void continuous_stability(const std::string& condition, const ObserverNetwork& network) {
-    const double slowest = abscissa(network.error_matrix(graph()));
+    const double slowest = spectral_abscissa(network.error_matrix(graph()));
     const bool stable = slowest < 0.0;
     add(stable ? Rating::holds : Rating::fails, condition, fmt::format("largest real part {} at stationary gains", text_of(slowest)),
         stable ? "without noise all errors go to zero at that rate" : "the errors do not go to zero: a larger coupling gain may help");

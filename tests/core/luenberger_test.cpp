@@ -5,6 +5,7 @@
 #include "core/errors.hpp"
 #include "core/observers.hpp"
 #include "core/random.hpp"
+#include "core/schur.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -39,8 +40,8 @@ std::vector<ObserverGains> zhang(double c) {
 }
 
 TEST(KimGains, NetworkHasTheStatedAbscissa) {
-  EXPECT_NEAR(abscissa(network_of(kim(8, 1)).error_matrix(ring(4))), -.233679, 5e-7);
-  EXPECT_GT(abscissa(network_of(kim(8, 1)).error_matrix(Graph(4, std::span<const Edge>()))), -1e-9) << "alone nobody sees everything";
+  EXPECT_NEAR(spectral_abscissa(network_of(kim(8, 1)).error_matrix(ring(4))), -.233679, 5e-7);
+  EXPECT_GT(spectral_abscissa(network_of(kim(8, 1)).error_matrix(Graph(4, std::span<const Edge>()))), -1e-9) << "alone nobody sees everything";
 }
 
 TEST(KimGains, InjectWhereTheAgentSeesAndCoupleByWhatItSees) {
@@ -64,7 +65,7 @@ TEST(KimGains, ObservableErrorIsStableAndTheCouplingSolvesTheLyapunovEquation) {
     const Matrix C = Matrix::NullaryExpr(2, 4, [&] { return stream.uniform(-1.0, 1.0); });
     const ObserverGains gains = kim_gains(A, C, identity(4), direct::random_spd(stream, 2), 3, 0.5);
     const Matrix closed = A - gains.L * C;
-    EXPECT_LT(abscissa(closed), 0.0);
+    EXPECT_LT(spectral_abscissa(closed), 0.0);
     // F = (gamma / k) M^-1, so M^-1 closed' + closed M^-1 = -M^-2                                             (3.12) times M^-1 twice
     const Matrix inverse = gains.F * (0.5 / 3);
     EXPECT_LT((inverse * closed.transpose() + closed * inverse + inverse * inverse).norm(), 1e-8 * inverse.norm() * (1 + inverse.norm()));
@@ -85,7 +86,7 @@ TEST(StateGroups, AreTheBlocksOfTheMatrix) {
 }
 
 TEST(ZhangGains, NetworkOnADirectedRingHasTheStatedAbscissa) {
-  EXPECT_NEAR(abscissa(network_of(zhang(5)).error_matrix(directed_ring(4))), -.608967, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(network_of(zhang(5)).error_matrix(directed_ring(4))), -.608967, 5e-7);
 }
 
 TEST(ZhangGains, CoupleOnlyWhatTheAgentDoesNotSee) {

@@ -4,6 +4,7 @@
 
 #include "core/discretise.hpp"
 #include "core/riccati_step.hpp"
+#include "core/schur.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -76,9 +77,9 @@ TEST(Observers, OlfatiSaberHasTheStatedCovarianceAndAbscissa) {
   std::vector<Matrix> P;
   const ObserverNetwork network = olfati_saber(ring(4), false, &P);
   expect_near(P[0], symmetric(.312606, .047723, .342443), 5e-7);
-  EXPECT_NEAR(abscissa(network.error_matrix(ring(4))), -.349193, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(network.error_matrix(ring(4))), -.349193, 5e-7);
   P.clear();
-  EXPECT_NEAR(abscissa(olfati_saber(ring(4), true, &P).error_matrix(ring(4))), -.580611, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(olfati_saber(ring(4), true, &P).error_matrix(ring(4))), -.580611, 5e-7);
   expect_near(P[0], symmetric(.150298, .029499, .186846), 1e-6);
 }
 
@@ -119,7 +120,7 @@ ObserverNetwork kim(const std::vector<Matrix>& P) {
 TEST(Observers, KimHasTheStatedCovarianceAndAbscissaAfterTwentySeconds) {
   const auto P = integrated(three_sensors(), 2.0, ring(4), 20.0);
   expect_near(P[0], symmetric(.412137, .02429, .49166), 1e-6);
-  EXPECT_NEAR(abscissa(kim(P).error_matrix(ring(4))), -.230727, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(kim(P).error_matrix(ring(4))), -.230727, 5e-7);
 }
 
 TEST(Observers, CoupledCovariancesAreWhereTheEquationEnds) {
@@ -127,7 +128,7 @@ TEST(Observers, CoupledCovariancesAreWhereTheEquationEnds) {
   const auto late = integrated(three_sensors(), 2.0, ring(4), 100.0);
   for (std::size_t i = 0; i < 4; ++i) expect_near(P[i], late[i], 1e-10);
   expect_near(P[0], symmetric(.412054, .024281, .491528), 1e-6);
-  EXPECT_NEAR(abscissa(kim(P).error_matrix(ring(4))), -.230673, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(kim(P).error_matrix(ring(4))), -.230673, 5e-7);
   // Uncoupled, agent 4 has nothing that bounds its covariance.
   EXPECT_THROW(static_cast<void>(coupled_covariances(A(), coupled(three_sensors(), 0.0), ring(4))), ConfigError);
   // An unseen growing mode needs k d / 2 above its rate.

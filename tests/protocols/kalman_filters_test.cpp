@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/observers.hpp"
+#include "core/schur.hpp"
 #include "tests/support/observing_agents.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -134,7 +135,7 @@ void expect_error_matrix(ObservingAgents::Settings settings, const std::vector<M
     network.coupling.push_back(kGamma * P[i]);
   }
   const Matrix R = network.error_matrix(settings.graph);
-  EXPECT_NEAR(abscissa(R), stated, 5e-7);
+  EXPECT_NEAR(spectral_abscissa(R), stated, 5e-7);
   ObservingAgents agents(settings);
   const Vector expected = matrix_exponential(R, 10.0) * errors(agents, 2);
   agents.rounds(static_cast<int>(std::lround(10.0 / settings.dt)));

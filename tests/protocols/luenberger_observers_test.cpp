@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 #include "core/luenberger.hpp"
 #include "core/observers.hpp"
+#include "core/schur.hpp"
 #include "tests/support/observing_agents.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -42,7 +43,7 @@ TEST(LuenbergerObservers, ErrorsFollowTheErrorMatrixWithTheStatedAbscissa) {
     }
     const auto settings = observers(protocol, 0.001);
     const Matrix R = network.error_matrix(settings.graph);
-    EXPECT_NEAR(abscissa(R), stated, 5e-7);
+    EXPECT_NEAR(spectral_abscissa(R), stated, 5e-7);
     ObservingAgents agents(settings);
     const Vector expected = matrix_exponential(R, 5.0) * (-settings.x).replicate(4, 1);
     agents.rounds(5000);
