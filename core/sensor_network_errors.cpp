@@ -3,6 +3,7 @@
 #include "core/discretise.hpp"
 #include "core/errors.hpp"
 #include "core/lyapunov.hpp"
+#include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/sensor_network.hpp"
 
@@ -149,12 +150,6 @@ GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<
     bounds.followers = theta.maxCoeff() * growth / symmetric_part_spectrum(theta.asDiagonal() * pinned)[0];
   }
   return bounds;
-}
-
-double spectral_radius(const Matrix& A) {
-  double largest = 0.0;
-  for (const auto& lambda : eigenvalues_of(A)) largest = std::max(largest, std::abs(lambda));
-  return largest;
 }
 
 Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q) {

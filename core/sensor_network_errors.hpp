@@ -43,9 +43,6 @@ struct GammaBounds {
 };
 GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<AgentId>& leaders);
 
-/// Largest modulus of an eigenvalue of a square matrix.
-double spectral_radius(const Matrix& A);
-
 /// X with A X A' + Q = X. A, Q n x n, Q symmetric positive semidefinite. Throws ConfigError if the spectral radius of A is not below one.
 Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q);
 
