@@ -2,6 +2,7 @@
 
 #include "core/beam_plant.hpp"
 #include "core/controllability.hpp"
+#include "core/observers.hpp"
 #include "core/riccati.hpp"
 #include "core/schur.hpp"
 

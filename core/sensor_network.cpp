@@ -40,29 +40,6 @@ double worst_gamma(const Matrix& A, std::size_t agents, double balance) {
 
 }  // namespace
 
-StateGroups state_groups(const Matrix& A) {
-  const Eigen::Index n = A.rows();
-  check(A.cols() == n, "state_groups: A is square");
-  std::vector<bool> placed(static_cast<std::size_t>(n), false);
-  StateGroups groups;
-  for (Eigen::Index first = 0; first < n; ++first) {
-    if (placed[static_cast<std::size_t>(first)]) continue;
-    Indices group{first};
-    placed[static_cast<std::size_t>(first)] = true;
-    for (std::size_t at = 0; at < group.size(); ++at) {  // grows on the way
-      const Eigen::Index c = group[at];
-      for (Eigen::Index other = first; other < n; ++other) {
-        if (placed[static_cast<std::size_t>(other)] || (A(c, other) == 0.0 && A(other, c) == 0.0)) continue;
-        placed[static_cast<std::size_t>(other)] = true;
-        group.push_back(other);
-      }
-    }
-    std::sort(group.begin(), group.end());
-    groups.push_back(std::move(group));
-  }
-  return groups;
-}
-
 LocalObserver local_observer(AgentId self, const Matrix& A, const StateGroups& groups, const Matrix& C, const Matrix& Q, const Matrix& R) {
   const std::string who = "sensor network observer: agent " + std::to_string(self.value);
   LocalObserver out;

@@ -8,18 +8,12 @@
 ///
 /// Source: Knotek, thesis, chapter 3; by Algorithm 3.2 Q_i = Omega_io and U_i = Xi_i. Everything is in the original ordering of the state.
 
-#include "core/types.hpp"
+#include "core/luenberger.hpp"
 #include "core/values.hpp"
 
 #include <vector>
 
 namespace consort {
-
-/// State groups: the components of each, ascending; groups by their first component. Together they are 0..n-1.
-using StateGroups = std::vector<std::vector<Eigen::Index>>;
-
-/// The finest groups that A (n x n) does not couple: its blocks, after a permutation.
-StateGroups state_groups(const Matrix& A);
 
 /// What one agent designs from its own sensor.
 struct LocalObserver {

@@ -3,6 +3,7 @@
 #include "core/discretise.hpp"
 #include "core/errors.hpp"
 #include "core/lyapunov.hpp"
+#include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/sensor_network.hpp"
 

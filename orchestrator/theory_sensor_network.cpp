@@ -1,6 +1,7 @@
 #include "orchestrator/theory_sensor_network.hpp"
 
 #include "core/metrics_sensor_network.hpp"
+#include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/shapes.hpp"
 #include "orchestrator/theory_control.hpp"

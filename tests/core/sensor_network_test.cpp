@@ -3,6 +3,7 @@
 #include "core/sensor_network_errors.hpp"
 
 #include "core/discretise.hpp"
+#include "core/observers.hpp"
 #include "core/riccati.hpp"
 #include "core/schur.hpp"
 #include "tests/core/cases.hpp"
