@@ -14,13 +14,6 @@ namespace consort {
 
 namespace {
 
-Eigen::VectorXcd eigenvalues(const Matrix& value) {
-  const Eigen::EigenSolver<Matrix> solver(value, false);
-  if (solver.info() != Eigen::Success)
-    throw RunError("eigenvalues of an error matrix (" + shape_of(value) + "): the iteration did not converge");
-  return solver.eigenvalues();
-}
-
 /// C with C'C = U.
 Matrix square_root(const Matrix& U) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(U);
