@@ -21,11 +21,7 @@ PlantEntry entry() {
 
 std::span<const PlantEntry> plant_table() {
   static const std::array table{
-      entry<Integrator>(),
-      entry<Linear>(),
-      entry<SharedLinear>(),
-      entry<ClampedBeam>(),
-      entry<SineDrift>(),
+      entry<Integrator>(), entry<Linear>(), entry<SharedLinear>(), entry<ClampedBeam>(), entry<SineDrift>(),
   };
   return table;
 }

@@ -41,7 +41,8 @@ std::vector<ObserverGains> zhang(double c) {
 
 TEST(KimGains, NetworkHasTheStatedAbscissa) {
   EXPECT_NEAR(spectral_abscissa(network_of(kim(8, 1)).error_matrix(ring(4))), -.233679, 5e-7);
-  EXPECT_GT(spectral_abscissa(network_of(kim(8, 1)).error_matrix(Graph(4, std::span<const Edge>()))), -1e-9) << "alone nobody sees everything";
+  EXPECT_GT(spectral_abscissa(network_of(kim(8, 1)).error_matrix(Graph(4, std::span<const Edge>()))), -1e-9)
+      << "alone nobody sees everything";
 }
 
 TEST(KimGains, InjectWhereTheAgentSeesAndCoupleByWhatItSees) {

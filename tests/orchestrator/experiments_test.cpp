@@ -102,10 +102,9 @@ TEST(ShippedExperiments, AreTheOnesPromised) {
   std::set<std::string> found;
   for (const auto& file : shipped()) found.insert(file.stem().string());
   for (const auto& name : promised) EXPECT_TRUE(found.contains(name)) << name;
-  for (const char* name :
-       {"adaptive_ring50_halving", "adaptive_ring50_eigenvalue", "adaptive_ring10_noise", "adaptive_ring5_join", "adaptive_two_circles",
-        "adaptive_leader", "adaptive_li_edges", "adaptive_li_directed", "adaptive_su", "adaptive_yu", "neural_das",
-        "beam", "beam_degraded_sensor", "beam_link_failure", "beam_steady_state"})
+  for (const char* name : {"adaptive_ring50_halving", "adaptive_ring50_eigenvalue", "adaptive_ring10_noise", "adaptive_ring5_join",
+                           "adaptive_two_circles", "adaptive_leader", "adaptive_li_edges", "adaptive_li_directed", "adaptive_su",
+                           "adaptive_yu", "neural_das", "beam", "beam_degraded_sensor", "beam_link_failure", "beam_steady_state"})
     EXPECT_TRUE(found.contains(name)) << name;
 }
 

@@ -10,7 +10,9 @@
 namespace consort {
 namespace {
 
-const std::string kAgents = "experiment: e\nrounds: 9\nagents: {count: 4, protocol: local_voting, initial: {x: 0}}\ntopology: ring\n";
+const std::string kAgents =
+    "experiment: e\nrounds: 9\nagents: {count: 4, protocol: {name: kalman_consensus, Q: 0.1, Omega: 0.1}, initial: {x: 0, P: 1}}\n"
+    "topology: ring\n";
 
 Experiment parsed(const std::string& rest) { return parse_experiment(kAgents + rest, "e.yaml", "."); }
 
@@ -61,7 +63,7 @@ TEST(ScriptSensing, RefusesMistakesNamingPlaceAndRemedy) {
   expect_mistake("plant.sensing.relative: found 5; allowed: an agent from 1 to 4", plant("sensing: {relative: {5: [1]}}"));
   expect_mistake("plant.sensing.relative.1[0]: found 9; allowed: an agent from 1 to 4", plant("sensing: {relative: {1: [9]}}"));
   expect_mistake("plant.sensing.relative.2: found the agent itself; allowed: other agents", plant("sensing: {relative: {2: [1, 2]}}"));
-  expect_mistake("plant.sensing: found the unknown name 'absolut'", plant("sensing: {absolut: [1]}"));
+  expect_mistake("plant.sensing: found the unknown key 'absolut'", plant("sensing: {absolut: [1]}"));
   expect_mistake("plant.couplings[0]: found the unknown name 'D'; allowed: edge, A, C", plant("couplings: [{edge: 1 -> 2, D: 1}]"));
   expect_mistake("plant.couplings[1]: found the edge 1 -> 2 a second time", plant("couplings: [{edge: 1 -> 2, A: 1}, {edge: 1 -> 2}]"));
   expect_mistake("plant.couplings[0].edge: found several edges; allowed: one", plant("couplings: [{edge: 1 <-> 2, A: 1}]"));
