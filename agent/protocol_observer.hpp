@@ -78,12 +78,12 @@ class FilterState {
  public:
   FilterState(const Vector& x, const Matrix& P) : x_P_(x.size() + P.size()), n_(x.size()) {
     this->x() = x;
-    this->P() = P;
+    this->covariance() = P;
   }
   [[nodiscard]] Eigen::Map<const Vector> x() const { return {x_P_.data(), n_}; }
   [[nodiscard]] Eigen::Map<Vector> x() { return {x_P_.data(), n_}; }
-  [[nodiscard]] Eigen::Map<const Matrix> P() const { return {x_P_.data() + n_, n_, n_}; }
-  [[nodiscard]] Eigen::Map<Matrix> P() { return {x_P_.data() + n_, n_, n_}; }
+  [[nodiscard]] Eigen::Map<const Matrix> covariance() const { return {x_P_.data() + n_, n_, n_}; }
+  [[nodiscard]] Eigen::Map<Matrix> covariance() { return {x_P_.data() + n_, n_, n_}; }
   [[nodiscard]] const Vector& both() const { return x_P_; }
   [[nodiscard]] std::vector<Field> fields() const {
     const auto n = static_cast<std::size_t>(n_);

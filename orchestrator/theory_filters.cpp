@@ -247,10 +247,10 @@ class FilterExamination {
     const Eigen::Index size = of_measurement ? C_[i].rows() : A_.rows();
     return size == 0 ? Matrix(0, 0) : parameters(i).covariance(name, size, fallback, of_measurement);
   }
-  [[nodiscard]] Matrix U(std::size_t i) const { return sensor(C_[i], noise_weight("R", i, true)).U; }
-  [[nodiscard]] Matrix U_around(std::size_t i, bool in_neighbours) const {
+  [[nodiscard]] Matrix information(std::size_t i) const { return sensor(C_[i], noise_weight("R", i, true)).U; }
+  [[nodiscard]] Matrix information_around(std::size_t i, bool in_neighbours) const {
     Matrix all = Matrix::Zero(A_.rows(), A_.rows());
-    for (const std::size_t j : around(graph(), i, in_neighbours)) all += U(j);
+    for (const std::size_t j : around(graph(), i, in_neighbours)) all += information(j);
     return all;
   }
 
@@ -262,7 +262,7 @@ class FilterExamination {
     std::vector<CoupledFilter> coupled;
     for (std::size_t i = 0; i < experiment_.agents; ++i) {
       const bool aggregated = alone || parameters(i).scalar("aggregated", 0.0) == 1.0;
-      all_U.push_back(U_around(i, aggregated));
+      all_U.push_back(information_around(i, aggregated));
       const Matrix Q = noise_weight("Q", i, false);
       if (kim)
         coupled.push_back({all_U[i], Q, parameters(i).scalar("k")});
@@ -296,7 +296,7 @@ class FilterExamination {
     std::vector<IterativeFilter> filters;
     double overshoot = 0.0;
     for (std::size_t i = 0; i < experiment_.agents; ++i) {
-      const Matrix S = U_around(i, true), M = stationary_update(step, S, noise_weight("Q", i, false));
+      const Matrix S = information_around(i, true), M = stationary_update(step, S, noise_weight("Q", i, false));
       double epsilon = parameters(i).scalar("epsilon", 1.0);
       const double pulled = epsilon * weighted_in_degree(agent_at(i)) * M.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
       if (parameters(i).scalar("bounded", 0.0) == 1.0 && pulled > 1.0)

@@ -75,12 +75,12 @@ struct DkfIterative {
       S += heard.U;
     }
     // (P^-1 + S)^-1 = (I + P S)^-1 P, which asks for no inverse of P
-    const Matrix one_sided = (Matrix::Identity(n, n) + s.P() * S).partialPivLu().solve(Matrix(s.P()));
+    const Matrix one_sided = (Matrix::Identity(n, n) + s.covariance() * S).partialPivLu().solve(Matrix(s.covariance()));
     const Matrix M = 0.5 * (one_sided + one_sided.transpose());
     const double epsilon = p.bounded && d > 0.0 ? bounded_gain(p.epsilon, d, M) : p.epsilon;
     s.x() = plant.step * (x + M * (z - S * x + epsilon * pull));
     const Matrix next = plant.step * M * plant.step.transpose() + Q;
-    s.P() = 0.5 * (next + next.transpose());
+    s.covariance() = 0.5 * (next + next.transpose());
   }
 
   /// xbar_i and P_i.

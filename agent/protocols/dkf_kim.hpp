@@ -51,7 +51,7 @@ struct DkfKim {
             positive_parameter(name, values, "k", {}, true)};
   }
   static State init(const Params& p, const Setup& setup) { return initial_filter_state(name, p.filter, setup); }
-  static Message message(const Params&, const State& s, const Sense&) { return {s.x(), s.P()}; }
+  static Message message(const Params&, const State& s, const Sense&) { return {s.x(), s.covariance()}; }
 
   /// State at k + 1: x (n x 1), P (n x n).
   static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
@@ -66,10 +66,10 @@ struct DkfKim {
       pull += w_ij * (brought_forward(plant.step, heard.x, sent, sense.k) - x);
       noise += p.k * w_ij * heard.P;
     }
-    Vector corrected = x + corrected_by(sensed(own, sense), own.U, s.P(), x, sense.dt);
-    if (d > 0.0) corrected += coupling_step(s.P(), p.gamma, d, sense.dt) * pull;
+    Vector corrected = x + corrected_by(sensed(own, sense), own.U, s.covariance(), x, sense.dt);
+    if (d > 0.0) corrected += coupling_step(s.covariance(), p.gamma, d, sense.dt) * pull;
     s.x() = plant.step * corrected;
-    s.P() = RiccatiStep(plant.A - 0.5 * p.k * d * Matrix::Identity(n, n), own.U, noise, sense.dt)(s.P());
+    s.covariance() = RiccatiStep(plant.A - 0.5 * p.k * d * Matrix::Identity(n, n), own.U, noise, sense.dt)(s.covariance());
   }
 
   /// xhat_i and P_i.

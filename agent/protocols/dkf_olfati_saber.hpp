@@ -81,14 +81,14 @@ struct DkfOlfatiSaber {
       u += heard.u;
       U += heard.U;
     }
-    Vector corrected = x + corrected_by(u, U, s.filter.P(), x, sense.dt);
-    if (d > 0.0) corrected += coupling_step(s.filter.P(), p.gamma, d, sense.dt) * pull;
+    Vector corrected = x + corrected_by(u, U, s.filter.covariance(), x, sense.dt);
+    if (d > 0.0) corrected += coupling_step(s.filter.covariance(), p.gamma, d, sense.dt) * pull;
     s.filter.x() = plant.step * corrected;
     if (U != s.U) {
       s.riccati = RiccatiStep(plant.A, U, Q, sense.dt);
       s.U = std::move(U);
     }
-    s.filter.P() = s.riccati(s.filter.P());
+    s.filter.covariance() = s.riccati(s.filter.covariance());
   }
 
   /// xhat_i and P_i.

@@ -62,12 +62,12 @@ struct KalmanBucy {
       u += heard.u;
       U += heard.U;
     }
-    s.filter.x() = p.plant.step * (s.filter.x() + corrected_by(u, U, s.filter.P(), s.filter.x(), sense.dt));
+    s.filter.x() = p.plant.step * (s.filter.x() + corrected_by(u, U, s.filter.covariance(), s.filter.x(), sense.dt));
     if (U != s.U) {
       s.riccati = RiccatiStep(p.plant.A, U, p.Q, sense.dt);
       s.U = std::move(U);
     }
-    s.filter.P() = s.riccati(s.filter.P());
+    s.filter.covariance() = s.riccati(s.filter.covariance());
   }
 
   /// x and P.

@@ -37,6 +37,11 @@ const std::vector<std::string> kNames{"ring_10",
                                       "closed_loop_10",
                                       "closed_loop_50",
                                       "closed_loop_100",
+                                      "localization_6",
+                                      "beam_6",
+                                      "observer_10",
+                                      "observer_50",
+                                      "observer_100",
                                       "startup_ring_10",
                                       "startup_ring_100",
                                       "startup_ring_1000",
@@ -68,6 +73,22 @@ const std::vector<Exchange>& exchanges() {
       {"closed_loop_50", "ring", 50, 1, {}, {}, 50, true},
       {"closed_loop_100", "ring", 100, 1, {}, {}, 30, true},
   };
+  return list;
+}
+
+/// Estimators, beside the raw exchange of eight numbers on a ring as large: theirs is longer, and they wait for a plant.
+struct Estimator {
+  std::string name, experiment;  ///< a shipped experiment; empty: everybody observes everybody on a ring of two-state agents
+  int agents;
+  long rounds;
+};
+
+const std::vector<Estimator>& estimators() {
+  static const std::vector<Estimator> list{{"localization_6", "localization_single.yaml", 6, 10'000},
+                                           {"beam_6", "beam.yaml", 6, 5'000},
+                                           {"observer_10", "", 10, 2'000},
+                                           {"observer_50", "", 50, 200},
+                                           {"observer_100", "", 100, 60}};
   return list;
 }
 
@@ -104,6 +125,8 @@ class Bench {
     for (const Exchange& exchange : exchanges())
       if (wanted(exchange.name)) measure(exchange);
     if (wanted("complete_100")) measure_complete_100();
+    for (const Estimator& estimator : estimators())
+      if (wanted(estimator.name)) measure(estimator);
     for (const auto& [agents, limit] : std::map<int, double>{{10, 1.0}, {100, 3.0}, {1000, 12.0}})
       if (wanted(fmt::format("startup_ring_{}", agents))) measure_startup(agents, limit);
     if (wanted("memory_ring_100")) measure_memory();
@@ -132,11 +155,13 @@ class Bench {
     return json::parse(outcome.output);
   }
 
-  Ours run_file(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {}) const {
+  Ours run_file(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {},
+                const std::vector<std::string>& more = {}) const {
     const fs::path results = folder_.path() / fmt::format("results-{}", ++runs_);
-    const Outcome outcome = run_command(
-        {options_.consort.string(), "run", file.string(), "--mode", "lockstep", "--json", "--quiet", "--output", results.string()}, limit,
-        watch);
+    std::vector<std::string> command{options_.consort.string(), "run", file.string(), "--mode", "lockstep", "--json", "--quiet", "--output",
+                                     results.string()};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome outcome = run_command(command, limit, watch);
     std::error_code ignored;
     fs::remove_all(results, ignored);
     if (outcome.exit_code != 0 && outcome.exit_code != 1) {  // 1: a criterion was not met, but the run came to its end
@@ -213,6 +238,27 @@ class Bench {
     figures_.push_back({"complete_100.came_to_its_end", run.ran ? 1.0 : 0.0, "runs", std::nullopt, {Aim::Of::value_at_least, 1}});
     figures_.push_back({"complete_100", run.ran ? std::optional(run.rate) : std::nullopt, "rounds/s", of_raw("rounds_per_second"), {}});
     figures_.push_back({"complete_100.startup", run.ran ? std::optional(run.startup) : std::nullopt, "s", of_raw("startup_seconds"), {}});
+  }
+
+  void measure(const Estimator& estimator) {
+    fs::path file = options_.experiments / estimator.experiment;
+    if (estimator.experiment.empty()) {
+      file = folder_.path() / (estimator.name + ".yaml");
+      std::ofstream(file) << fmt::format(
+          "experiment: bench_{}\nmode: lockstep\nseed: 1\nrounds: {}\ndt: 0.01\n"
+          "agents: {{count: {}, protocol: {{name: distributed_observer, mu: 10, F: [[1, 0], [0, 1]]}}}}\ntopology: ring\n"
+          "plant: {{model: {{name: linear, A: [[0, 1], [-1, -0.1]]}}, initial: {{x: {{uniform: [-1, 1], dimension: 2}}}}}}\n"
+          "stop: {{deadline: 300 s}}\n",
+          estimator.name, estimator.rounds, estimator.agents);
+    }
+    const Exchange twin{estimator.name, "ring", estimator.agents, 1, {}, {}, 0};
+    std::vector<double> raw_rate, rate;
+    for (int turn = 1; turn <= options_.turns(); ++turn) {
+      say(fmt::format("{}, turn {} of {}: raw DDS, Consort ({} rounds)", estimator.name, turn, options_.turns(), estimator.rounds));
+      if (const auto bare = raw("raw_dds", twin, {}, options_.seconds())) raw_rate.push_back(bare->at("rounds_per_second"));
+      if (const Ours run = run_file(file, 330.0, {}, {"--rounds", std::to_string(estimator.rounds)}); run.ran) rate.push_back(run.rate);
+    }
+    figures_.push_back({estimator.name, median(rate), "rounds/s", median(raw_rate), {}});
   }
 
   void measure_startup(int agents, double limit) {
