@@ -336,11 +336,22 @@ class TopLevel {
       if (node[i].IsScalar() && !node[i].Scalar().empty()) read_choice(mistakes_, node[i], fmt::format("metrics[{}]", i), names);
   }
 
+  // The line of the table that gives `name`: error.2.mode1 comes with error, nees_low with nees.
+  static std::string metric_behind(const std::string& name) {
+    std::string_view longest;
+    for (const auto& entry : metric_table()) {
+      const bool whole = name.size() == entry.name.size() ||
+                         std::string_view(".[_").find(name[std::min(entry.name.size(), name.size() - 1)]) != std::string_view::npos;
+      if (name.starts_with(entry.name) && whole && entry.name.size() > longest.size()) longest = entry.name;
+    }
+    return std::string(longest);
+  }
+
   void add_metrics_of(const std::string& criterion) {
     if (out_.metrics.empty()) return;  // all of them anyway
     for (std::string name : metrics_of(criterion)) {
       if (out_.protocols.size() > 1) name.erase(0, name.find('.') + 1);
-      name = name.substr(0, name.find_first_of(".["));
+      name = metric_behind(name);
       if (std::find(out_.metrics.begin(), out_.metrics.end(), name) == out_.metrics.end()) out_.metrics.push_back(name);
     }
   }

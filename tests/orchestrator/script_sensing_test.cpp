@@ -52,6 +52,16 @@ TEST(ScriptSensing, RelativeMeasurementsAndCouplingsBecomeWhatTheySay) {
   EXPECT_EQ(parsed("").on_agent_loss, AgentLoss::abort);
 }
 
+TEST(ScriptSensing, CriteriaBringTheMetricsThatTheyName) {
+  const Experiment e = parse_experiment(
+      "experiment: e\nrounds: 9\ndt: 0.01\nagents: {count: 3, protocol: {name: kalman_bucy, Q: 0.1, R: 1}}\ntopology: complete\n"
+      "plant: {model: {name: shared_linear, A: [[0, 1], [-1, 0]], C: [[1, 0]]}}\nmetrics: [rmse]\n"
+      "criteria: [\"nees < nees_high\", \"error.2 < 9\", \"rmse.1 < 9\"]\nstop: {converged: {error: 0.1}}\n",
+      "e.yaml", ".");
+  EXPECT_EQ(e.metrics, (std::vector<std::string>{"rmse", "nees", "error"}));
+  EXPECT_EQ(e.convergence->within, 0.1);
+}
+
 TEST(ScriptSensing, ResolvesToATextThatGivesTheSameExperimentAgain) {
   const Experiment e = parsed(kPairs);
   EXPECT_EQ(parse_experiment(e.resolved_text, "resolved", ".").resolved_text, e.resolved_text);
