@@ -1,6 +1,6 @@
 #include "core/metrics_estimation.hpp"
 
-#include "core/errors.hpp"
+#include "core/spd.hpp"
 #include "core/stop.hpp"
 
 #include <boost/math/distributions/chi_squared.hpp>
@@ -138,6 +138,7 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
   });
   if (P == fields.end()) return;
   const auto size = static_cast<Eigen::Index>(n);
+  const std::string whose = "nees of " + protocol.name;
   double sum = 0.0, count = 0.0;
   for_each_late_report(trace, [&](const RoundReport& report) {
     for (std::size_t i = 0; i < trace.agents; ++i) {
@@ -145,10 +146,9 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
       if (slots.empty()) continue;
       Vector error = Vector::Zero(size);
       for_each_error(slots.front(), [&](std::size_t c, double value, double) { error[static_cast<Eigen::Index>(c)] = value; });
-      const Eigen::LLT<Matrix> factor(Eigen::Map<const Matrix>(report.estimates.data() + i * trace.dimension + at, size, size));
-      if (factor.info() != Eigen::Success)
-        throw RunError("nees: " + protocol.name + ": agent " + std::to_string(i + 1) + ", round " + std::to_string(report.k) +
-                       ": the covariance P is not positive definite");
+      const Matrix claimed = Eigen::Map<const Matrix>(report.estimates.data() + i * trace.dimension + at, size, size);
+      const Eigen::LLT<Matrix> factor(claimed);
+      if (factor.info() != Eigen::Success) refuse_matrix({whose, agent_at(i), report.k}, "P", claimed);
       // e^T P^-1 e
       sum += factor.matrixL().solve(error).squaredNorm();
       count += 1.0;
