@@ -57,7 +57,6 @@ void Node::on_assignment(wire::Assignment&& part) {
 void Node::on_grant(wire::Grant&& grant) {
   guarded([&] {
     if (!lockstep_ || grant.epoch != epoch_ || finish_) return;
-    granted_ = true;
     lockstep_->grant(grant);
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
@@ -147,7 +146,7 @@ void Node::serve(Lock& lock) {
              (!greeted_ && may_greet()) || !to_pass_on_.empty();
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
-    if ((granted_ && !somebody_joins()) || (information_.empty() && !actuations_))
+    if (!greeting_needed())
       wake_.wait(lock, has_work);
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
@@ -175,7 +174,7 @@ void Node::begin_run(Lock& lock) {
   assigned_ = false;
   epoch_ = newest_epoch_;
   ready_until_ = 0;
-  finish_ = finished_ = granted_ = false;
+  finish_ = finished_ = false;
   gone_.clear();
   members_.clear();
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
@@ -338,11 +337,13 @@ void Node::greet() {
   if (actuations_) actuations_->write({kGreeting, options_.agents.front().value, 0, {}});
 }
 
-/// Somebody who will read us joins at a round that is not granted yet.
-bool Node::somebody_joins() const {
-  return lockstep_ && std::any_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
-           return !member.late_readers.empty() && member.late_readers.back() >= lockstep_->granted_until();
-         });
+/// No round of ours is granted yet, or not yet the first round of somebody who will read us. (A grant alone says nothing: who joins is
+/// still told the newest of the rounds before it.)
+bool Node::greeting_needed() const {
+  if (!lockstep_ || (information_.empty() && !actuations_)) return false;
+  return std::any_of(members_.begin(), members_.end(), [until = lockstep_->granted_until()](const wire::Member& member) {
+    return member.presence.from >= until || (!member.late_readers.empty() && member.late_readers.back() >= until);
+  });
 }
 
 /// Rounds below this one may be granted as far as this process is concerned: everybody it hears by then has greeted it, everybody who

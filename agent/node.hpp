@@ -48,7 +48,7 @@ class Node : public RunMember {
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   void greet();
   [[nodiscard]] bool may_greet() const;
-  [[nodiscard]] bool somebody_joins() const;
+  [[nodiscard]] bool greeting_needed() const;
   [[nodiscard]] Round met_until() const;
 
   dds::domain::DomainParticipant participant_;
@@ -68,7 +68,6 @@ class Node : public RunMember {
   std::set<AgentId> greeted_by_;               // those of them whose greeting has come: the connection works
   std::set<AgentId> gone_;                     // nobody waits to meet them
   bool greeted_ = false;                       // everybody who reads us now has been greeted
-  bool granted_ = false;                       // rounds of this epoch have been granted: only who joins on the way needs a greeting
   bool plant_found_ = false;                   // it reads our actuation
   bool plant_greeted_us_ = false;
   std::map<AgentId, wire::Layouts> announced_;  // of the newest epoch heard of
