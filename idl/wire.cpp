@@ -19,10 +19,13 @@ namespace consort::wire {
 namespace {
 
 using dds::core::Duration;
+using dds::core::policy::Deadline;
 using dds::core::policy::Durability;
 using dds::core::policy::DurabilityService;
 using dds::core::policy::History;
 using dds::core::policy::IgnoreLocal;
+using dds::core::policy::Lifespan;
+using dds::core::policy::Liveliness;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
@@ -68,6 +71,7 @@ struct TopicOf<Telemetry> {
 };
 constexpr const char* kInformationTopic = "consort_information";
 
+constexpr std::size_t kMostKept = 100'000;  // samples
 constexpr Duration kWriteLimit =
     Duration::from_millisecs(10'000);  // reached only if the high watermark is: then it is an error, not a wait
 
@@ -78,13 +82,42 @@ Qos steering_qos() {
   return qos;
 }
 
-/// Only what another participant sends: a process hands messages to its own agents by direct call.
+/// Only what another participant sends: a process hands messages to its own agents by direct call. In real time the newest counts:
+/// `senders` share a reader's history, as there are no keys. DDS drops what has outlived its use by far; what is late by less is counted.
 template <class Qos>
-Qos information_qos() {
+Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders = 1) {
+  constexpr double kLateLifespans = 2.0;
   Qos qos;
-  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << IgnoreLocal::Participant();
+  qos << IgnoreLocal::Participant();
+  if (!delivery) {
+    qos << Reliability::Reliable(kWriteLimit) << History::KeepAll();
+    return qos;
+  }
+  qos << (delivery->reliable ? Reliability::Reliable(kWriteLimit) : Reliability::BestEffort())
+      << History::KeepLast(static_cast<std::int32_t>(std::min<std::size_t>(delivery->history * senders, kMostKept)))
+      << Deadline{Duration::from_secs(delivery->deadline)} << Liveliness::Automatic(Duration::from_secs(delivery->liveliness_lease));
+  if constexpr (std::is_same_v<Qos, dds::pub::qos::DataWriterQos>)
+    qos << Lifespan{Duration::from_secs(kLateLifespans * delivery->lifespan)};
   return qos;
 }
+
+/// Counts what DDS tells a reader.
+struct EventCount {
+  std::atomic<std::uint64_t> deadlines_missed{0}, liveliness_lost{0};
+
+  template <class Wire>
+  void listen(dds::sub::DataReaderListener<Wire>& listener) {
+    listener.on_requested_deadline_missed = [this](auto&, const auto& status) {
+      deadlines_missed.fetch_add(static_cast<std::uint64_t>(std::max(status.total_count_change(), 0)), std::memory_order_relaxed);
+    };
+    listener.on_liveliness_changed = [this](auto&, const auto& status) {
+      liveliness_lost.fetch_add(static_cast<std::uint64_t>(std::max(status.not_alive_count_change(), 0)), std::memory_order_relaxed);
+    };
+  }
+  [[nodiscard]] ReaderEvents now() const {
+    return {deadlines_missed.load(std::memory_order_relaxed), liveliness_lost.load(std::memory_order_relaxed)};
+  }
+};
 
 /// Where a sample of the closed loop goes: a measurement to one process, an actuation to the plant.
 template <class T>
@@ -93,12 +126,14 @@ template <>
 struct LoopOf<Measurement> {
   using Wire = consort_wire_Measurement;
   static constexpr const char* topic = "consort_measurement";
+  static constexpr std::size_t senders = 1;
   static std::string partition(std::uint32_t process) { return "process" + std::to_string(process); }
 };
 template <>
 struct LoopOf<Actuation> {
   using Wire = consort_wire_Actuation;
   static constexpr const char* topic = "consort_actuation";
+  static constexpr std::size_t senders = kMostKept;  // every process
   static std::string partition(std::uint32_t) { return "plant"; }
 };
 
@@ -128,6 +163,11 @@ template <class T>
 void Writer<T>::write(const T& value) {
   Arena arena;
   impl_->writer.write(encode(value, arena));
+}
+
+template <class T>
+std::uint64_t Writer<T>::sent_again_bytes() const {
+  return impl_->writer.retransmitted_bytes();
 }
 
 template <class T>
@@ -241,10 +281,11 @@ std::uint64_t AnnouncementReader::rejected() const { return impl_->rejected.load
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const dds::domain::DomainParticipant& participant, AgentId sender, std::function<void(std::size_t)> on_matched)
+  Impl(const dds::domain::DomainParticipant& participant, AgentId sender, std::function<void(std::size_t)> on_matched,
+       const std::optional<Delivery>& delivery)
       : agent(sender),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(),
+               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(delivery),
                {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
                  on_matched(status.total_count());
                }}) {}
@@ -253,14 +294,16 @@ struct InformationWriter::Impl {
 };
 
 InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent,
-                                     std::function<void(std::size_t)> on_matched)
-    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched))) {}
+                                     std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
 
 void InformationWriter::write(std::uint32_t epoch, Round round, std::span<const double> values) {
   impl_->writer.write(encode(Information{epoch, impl_->agent, round, values}));
 }
+
+std::uint64_t InformationWriter::sent_again_bytes() const { return impl_->writer.retransmitted_bytes(); }
 
 bool InformationWriter::wait_for_acknowledgments(double seconds) {
   return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
@@ -270,10 +313,12 @@ struct InformationReader::Burst::Impl {
   using Wire = consort_wire_Information;
   static constexpr std::size_t kBatch = 32;
 
-  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst)
+  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
+       const std::optional<Delivery>& delivery)
       : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::sub::qos::DataReaderQos>(),
-               listener(std::move(on_burst))) {}
+               dds::topic::Topic<Wire>(participant, kInformationTopic),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, senders.empty() ? kMostKept : senders.size()),
+               listener(std::move(on_burst), delivery.has_value())) {}
 
   static Partition partitions(std::span<const AgentId> senders) {
     std::vector<std::string> names;
@@ -282,8 +327,9 @@ struct InformationReader::Burst::Impl {
     return Partition(names);
   }
 
-  dds::sub::DataReaderListener<Wire> listener(std::function<void(Burst&)> on_burst) {
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(Burst&)> on_burst, bool realtime) {
     dds::sub::DataReaderListener<Wire> result;
+    if (realtime) events.listen(result);
     result.on_data_available = [this, on_burst = std::move(on_burst)](dds::sub::DataReader<Wire>& from) {
       source = &from;
       source->take_into(batch);
@@ -295,6 +341,7 @@ struct InformationReader::Burst::Impl {
   }
 
   std::atomic<std::uint64_t> rejected{0};
+  EventCount events;
   dds::sub::SampleBatch<Wire, kBatch> batch;
   dds::sub::SampleBatch<Wire, kBatch>::iterator next = batch.end();
   dds::sub::DataReader<Wire>* source = nullptr;  // set while a burst is being read
@@ -325,10 +372,11 @@ struct InformationReader::Impl : Burst::Impl {
 };
 
 InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
-                                     std::function<void(Burst&)> on_burst)
-    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst))) {}
+                                     std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst), delivery)) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
+ReaderEvents InformationReader::events() const { return impl_->events.now(); }
 std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
 
 // --- the closed loop --------------------------------------------------------------------------------------------------
@@ -336,9 +384,10 @@ std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(
 template <class T>
 struct LoopWriter<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched)
+  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+       const std::optional<Delivery>& delivery)
       : writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::pub::qos::DataWriterQos>(),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::pub::qos::DataWriterQos>(delivery),
                {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
                  on_matched(status.current_count());
                }}) {}
@@ -347,8 +396,8 @@ struct LoopWriter<T>::Impl {
 
 template <class T>
 LoopWriter<T>::LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process,
-                          std::function<void(std::size_t)> on_matched)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched))) {}
+                          std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
 template <class T>
 LoopWriter<T>::~LoopWriter() = default;
 template <class T>
@@ -359,6 +408,11 @@ void LoopWriter<T>::write(const T& value) {
 }
 
 template <class T>
+std::uint64_t LoopWriter<T>::sent_again_bytes() const {
+  return impl_->writer.retransmitted_bytes();
+}
+
+template <class T>
 bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
   return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
 }
@@ -366,13 +420,16 @@ bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct LoopReader<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
+  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+       const std::optional<Delivery>& delivery)
       : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::sub::qos::DataReaderQos>(),
-               listener(std::move(on_data))) {}
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, LoopOf<T>::senders),
+               listener(std::move(on_data), delivery.has_value())) {}
 
-  dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data) {
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data, bool realtime) {
     dds::sub::DataReaderListener<Wire> result;
+    if (realtime) events.listen(result);
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
         for (const auto& sample : samples) {
@@ -388,16 +445,22 @@ struct LoopReader<T>::Impl {
   }
 
   std::atomic<std::uint64_t> rejected{0};
+  EventCount events;
   dds::sub::DataReader<Wire> reader;
 };
 
 template <class T>
-LoopReader<T>::LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_data))) {}
+LoopReader<T>::LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+                          const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_data), delivery)) {}
 template <class T>
 LoopReader<T>::~LoopReader() = default;
 template <class T>
 LoopReader<T>::LoopReader(LoopReader&&) noexcept = default;
+template <class T>
+ReaderEvents LoopReader<T>::events() const {
+  return impl_->events.now();
+}
 template <class T>
 std::uint64_t LoopReader<T>::rejected() const {
   return impl_->rejected.load(std::memory_order_relaxed);

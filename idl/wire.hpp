@@ -35,6 +35,14 @@ struct Member {
   Attendance presence;
 };
 
+/// How samples are delivered in real time. In lockstep they are reliable, and all are kept.
+struct Delivery {
+  bool reliable = false;
+  std::uint32_t history = 1;
+  Seconds lifespan = 1.0;  ///< how long a message may be used
+  Seconds deadline = 1.0, liveliness_lease = 1.0;
+};
+
 /// One part of a run's assignment; part p of `parts` holds some of the members.
 struct Assignment {
   std::uint32_t part = 0, parts = 1, epoch = 0;
@@ -49,6 +57,8 @@ struct Assignment {
   bool relays = false;               ///< what others announced is passed on to whoever reads an agent
   bool steers = false;               ///< the plant waits for every agent's actuation
   bool plant = false;                ///< there is a plant: whoever measures waits for it
+  bool realtime = false;             ///< the wall clock paces the rounds
+  Delivery delivery;
   std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
   std::vector<Member> members;
 };
@@ -58,6 +68,8 @@ struct PlantAssignment {
   std::uint32_t part = 0, parts = 1, epoch = 0;
   Round rounds = 0, report_interval = 1;
   bool steered = false;
+  bool realtime = false;
+  Delivery delivery;
   PlantTask task;                         ///< `parts` of the agents named by `agents`, in that order
   std::vector<AgentId> agents;            ///< ascending
   std::vector<std::uint32_t> process_of;  ///< by position in `agents`: lowest id among the agents hosted together with it
@@ -73,13 +85,16 @@ struct Grant {
   std::uint32_t epoch = 0;
   Round until = 0, report_at = 0;
   std::vector<Segment> segments;
+  std::uint64_t start_ns = 0;  ///< realtime: wall clock of round 0; the segments are then all that hold from the current round on
+  bool whole = false;  ///< the report at report_at says how each agent stands, and its links
 };
 
-enum class Order : std::uint8_t { status, finish, shutdown, departed };
+enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back };
 struct Command {
   std::uint32_t epoch = 0;
   Order order = Order::status;
-  std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending
+  std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending; come_back: who does
+  Round round = 0;                   ///< come_back: from this one on
 };
 
 /// A view: `values` is valid during the call it is handed to.
@@ -138,6 +153,9 @@ struct Telemetry {
   bool last = false;
   std::vector<MemberReport> members;
   std::vector<LinkReport> links;
+  Round round = 0;  ///< of its slowest agent
+  std::vector<NetworkTotals> network;
+  Performance performance;  ///< `process` is above
 };
 
 /// Writes one topic with the QoS that topic has. T: Assignment, PlantAssignment, Grant, Command, Layouts, Presence, Telemetry.
@@ -151,6 +169,7 @@ class Writer {
   ~Writer();
   Writer(Writer&&) noexcept;
   void write(const T& value);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
@@ -211,16 +230,29 @@ class AnnouncementReader {
 /// left count.
 class InformationWriter {
  public:
-  InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched);
+  /// `delivery`: in real time; else reliable, and all is kept.
+  InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+                    const std::optional<Delivery>& delivery = {});
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
   void write(std::uint32_t epoch, Round round, std::span<const double> values);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+/// What DDS told a reader in real time.
+struct ReaderEvents {
+  std::uint64_t deadlines_missed = 0, liveliness_lost = 0;
+  ReaderEvents& operator+=(const ReaderEvents& other) {
+    deadlines_missed += other.deadlines_missed;
+    liveliness_lost += other.liveliness_lost;
+    return *this;
+  }
 };
 
 /// The Information of some agents (of all, if `senders` is empty), handed over in bursts on a receive thread. No allocation in steady
@@ -240,9 +272,10 @@ class InformationReader {
     Impl& impl_;
   };
   InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
-                    std::function<void(Burst&)> on_burst);
+                    std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery = {});
   ~InformationReader();
   InformationReader(InformationReader&&) noexcept;
+  [[nodiscard]] ReaderEvents events() const;
   [[nodiscard]] std::uint64_t rejected() const;
 
  private:
@@ -256,10 +289,12 @@ template <class T>
 class LoopWriter {
  public:
   /// Measurement: to the process of that name alone. Actuation: to the plant.
-  LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched);
+  LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+             const std::optional<Delivery>& delivery = {});
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;
   void write(const T& value);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
@@ -272,9 +307,11 @@ template <class T>
 class LoopReader {
  public:
   /// Measurement: those of process `process`. Actuation: everybody's. `on_data` runs on a receive thread; it must not block.
-  LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data);
+  LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+             const std::optional<Delivery>& delivery = {});
   ~LoopReader();
   LoopReader(LoopReader&&) noexcept;
+  [[nodiscard]] ReaderEvents events() const;
   [[nodiscard]] std::uint64_t rejected() const;
 
  private:

@@ -169,9 +169,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
        {"4", "timed out; the text says who was missing or who waited for whom"},
        {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
   app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
-  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes. Default: the file's.")
+  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the wall clock, a round every dt. Default: the file's.")
       ->type_name("MODE")
-      ->check(CLI::IsMember({"simulate", "lockstep"}));
+      ->check(CLI::IsMember({"simulate", "lockstep", "realtime"}));
   app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
   app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
   app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")
@@ -197,7 +197,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 
 void RunVerb::check_options() const {
   if (experiment_.mode == Mode::simulate && !external_.empty())
-    throw ConfigError("--external: found mode simulate; allowed: mode lockstep, where agents are processes");
+    throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
@@ -243,7 +243,7 @@ std::vector<Finding> RunVerb::examined() const {
 Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
 
 Exit RunVerb::execute() {
-  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : Mode::lockstep;
+  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
   experiment_ = load_experiment(file_, overrides_);
   check_options();
   const std::vector<Finding> findings = examined();

@@ -20,10 +20,7 @@ class EventTeller {
       for (const Edge edge : event.edges) text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", edge.from.value, edge.to.value);
       events_.push_back({event.round, event.heal ? "heal" : "cut", std::move(text)});
     }
-    for (const auto& [agent, presence] : experiment.presence) {
-      if (presence.from > 0) events_.push_back({presence.from, "join", fmt::format("agent {}", agent.value)});
-      if (presence.until < Attendance{}.until) events_.push_back({presence.until, "leave", fmt::format("agent {}", agent.value)});
-    }
+    for (const ProcessEvent& event : process_events(experiment)) events_.push_back({event.round, event.kind, fmt::format("agent {}", event.agent.value)});
     std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }
   void report(const RoundReport& report) {

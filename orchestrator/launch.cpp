@@ -101,6 +101,11 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   ++alive_;
 }
 
+void Children::signal(const std::string& name, int signal) {
+  const auto child = std::find_if(children_.rbegin(), children_.rend(), [&](const Child& c) { return c.name == name && !c.ended; });
+  if (child != children_.rend()) kill(child->pid, signal);
+}
+
 std::optional<Death> Children::next_death() {
   if (alive_ == 0) return std::nullopt;
   int status = 0;
@@ -134,6 +139,7 @@ void Children::signal_all(int signal) const {
 Children::~Children() {
   if (alive_ == 0) return;
   signal_all(SIGTERM);
+  signal_all(SIGCONT);  // who is stopped cannot end
   if (wait_all(kGraceSeconds)) return;
   signal_all(SIGKILL);
   for (Child& child : children_) {

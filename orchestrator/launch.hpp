@@ -32,6 +32,8 @@ class Children {
   /// process. Throws RunError naming the executable and the reason.
   void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments);
 
+  /// Sends a signal to the child that was started last under this name, if it lives.
+  void signal(const std::string& name, int signal);
   std::optional<Death> next_death();  ///< somebody who ended since the last call; never blocks
   [[nodiscard]] std::size_t alive() const { return alive_; }
   /// Waits until all have ended by themselves or `seconds` have passed; true if all have.

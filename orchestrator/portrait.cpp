@@ -89,11 +89,8 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   out += fact("topology", experiment.topology_text, style);
   out += fact("links", link_text(experiment.links), style);
   if (experiment.plant) out += fact("plant", plant_text(*experiment.plant), style);
-  for (const auto& [agent, presence] : experiment.presence) {
-    if (presence.from > 0) out += fact("event", fmt::format("round {}: agent {} joins", presence.from, agent.value), style);
-    if (presence.until < Attendance{}.until)
-      out += fact("event", fmt::format("round {}: agent {} leaves", presence.until, agent.value), style);
-  }
+  for (const ProcessEvent& event : process_events(experiment))
+    out += fact("event", fmt::format("round {}: {} agent {}", event.round, event.kind, event.agent.value), style);
   for (const LinkEvent& event : experiment.link_events) out += fact("event", event_text(event), style);
   out += fact("ends", stop_text(experiment), style);
   out += fact("seed",

@@ -159,7 +159,7 @@ std::string to_json(const Summary& summary) {
   json["passed"] = summary.passed();
   json["exit"] = static_cast<int>(summary.exit);
   if (!summary.error.empty()) json["error"] = summary.error;
-  json["mode"] = summary.mode == Mode::simulate ? "simulate" : "lockstep";
+  json["mode"] = std::string(name_of(summary.mode));
   json["seed"] = summary.seed.value;
   json["runs"] = summary.runs;
   json["rounds"] = summary.rounds;

@@ -12,6 +12,7 @@ PlantRounds::PlantRounds(const wire::PlantAssignment& run, Send send)
       rounds_(run.rounds),
       report_interval_(run.report_interval),
       steered_(run.steered),
+      realtime_(run.realtime),
       hashes_(run.agents.size()) {
   for (std::size_t index = 0; index < run.agents.size(); ++index) {
     const AgentId agent = agent_at(index);
@@ -38,7 +39,9 @@ void PlantRounds::grant(const wire::Grant& grant) {
 
 void PlantRounds::receive(const wire::Actuation& actuation) {
   const auto at = processes_.find(actuation.process);
-  if (at == processes_.end() || at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_) return;
+  if (at == processes_.end()) return;
+  if (realtime_ ? !steered_ || actuation.round < at->second.newest : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
+    return;
   std::size_t used = 0;
   for (const AgentId i : at->second.agents) {
     if (!physics_.present(i, actuation.round)) continue;
@@ -52,8 +55,9 @@ void PlantRounds::receive(const wire::Actuation& actuation) {
                    std::to_string(actuation.process) + " has " + std::to_string(actuation.values.size()) + " numbers; the plant takes " +
                    std::to_string(used));
   }
+  at->second.newest = actuation.round + 1;
   at->second.acted = true;
-  --missing_;
+  if (!realtime_) --missing_;
 }
 
 void PlantRounds::depart(std::span<const AgentId> agents) {
@@ -99,6 +103,25 @@ void PlantRounds::advance() {
   }
 }
 
+namespace {
+
+bool ends(const Attendance& attendance, Round k) {
+  return k == attendance.until ||
+         std::any_of(attendance.again.begin(), attendance.again.end(), [k](const Attendance& stay) { return k == stay.until; });
+}
+
+}  // namespace
+
+void PlantRounds::go_to(Round k) {
+  while (physics_.round() < k) {
+    if (steered_)
+      for (const auto& [name, process] : processes_) missed_inputs_ += takes_part(process) && process.newest != physics_.round() + 1 ? 1 : 0;
+    physics_.advance();
+    note_states();
+  }
+  if (k < rounds_) measure();
+}
+
 void PlantRounds::note_states() {
   const Round k = physics_.round();
   const bool reported = k % report_interval_ == 0 || k == rounds_;
@@ -106,7 +129,7 @@ void PlantRounds::note_states() {
     const Attendance& attendance = attendance_[index];
     const std::span<const double> state = physics_.state(agent_at(index));
     if (attendance.holds(k)) hashes_[index].extend(state);
-    if (!(attendance.holds(k) && reported) && k != attendance.until) continue;
+    if (!(attendance.holds(k) && reported) && !ends(attendance, k)) continue;
     wire::MemberReport& report = reports_[index];
     report.rounds.push_back(k);
     report.estimates.resize(report.estimates.size() + state_layout().size());

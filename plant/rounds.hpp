@@ -27,6 +27,11 @@ class PlantRounds {
   void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
   void advance();
+  /// Real time: moves on to round k, whatever has been received, each control held as long as no newer one has come, and sends what is
+  /// measured there.
+  void go_to(Round k);
+  /// Real time: controls that had not come in time.
+  [[nodiscard]] std::uint64_t missed_inputs() const { return missed_inputs_; }
 
   /// The grant's report point has been reached since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
@@ -48,6 +53,7 @@ class PlantRounds {
   struct Process {
     std::vector<AgentId> agents;  // ascending
     bool acted = false;           // its controls of the current round are there
+    Round newest = 0;             // real time: the round its newest controls are of, plus one
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
   void measure();
@@ -56,7 +62,7 @@ class PlantRounds {
   Physics physics_;
   Send send_;
   Round rounds_, report_interval_;
-  bool steered_;
+  bool steered_, realtime_;
   std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
   std::map<std::uint32_t, Round> first_rounds_;
@@ -67,6 +73,7 @@ class PlantRounds {
   std::size_t missing_ = 0;     // processes whose controls of this round are still to come
   Round until_ = 0, report_at_ = 0;
   bool report_due_ = false;
+  std::uint64_t missed_inputs_ = 0;
 };
 
 }  // namespace consort

@@ -29,9 +29,11 @@ inline std::string unique_run_name(const std::string& stem) {
   return stem + "-" + std::to_string(getpid()) + "-" + std::to_string(number++);
 }
 
-inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr) {
+/// `watcher`: keeps the events as well.
+inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr, Keeper* watcher = nullptr) {
   const Folder logs;
-  Keeper keeper;
+  Keeper own;
+  Keeper& keeper = watcher ? *watcher : own;
   RunOptions options;
   options.run_name = unique_run_name("test");
   options.log_directory = logs.path();
