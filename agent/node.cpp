@@ -22,7 +22,7 @@ std::string host_name() {
 
 }  // namespace
 
-Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions options)
+Node::Node(const wire::Participant& participant, NodeOptions options)
     : RunMember(options.launched),
       participant_(participant),
       options_(std::move(options)),
@@ -133,9 +133,6 @@ void Node::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected();
-  for (const wire::InformationReader& reader : information_readers_) rejected += reader.rejected();
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void Node::serve(Lock& lock) {
@@ -376,7 +373,7 @@ Round Node::met_until() const {
 }
 
 void Node::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}};
+  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}, participant_.take_refusals()};
   if (last) telemetry.links = lockstep_->links();
   lock.unlock();
   telemetry_.write(telemetry);

@@ -78,6 +78,7 @@ class JobRun {
     JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
     finish();
     tell_remarks();
+    observer_.refused(session_.refusals());
     trace_.converged = stop_.converged();
     outcome.trace = std::move(trace_);
     return outcome;

@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kGreetAgain{500};
 
 }  // namespace
 
-PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool launched)
+PlantNode::PlantNode(const wire::Participant& participant, bool launched)
     : RunMember(launched),
       participant_(participant),
       presence_(participant),
@@ -84,9 +84,6 @@ void PlantNode::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  const std::uint64_t rejected =
-      assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void PlantNode::serve(Lock& lock) {
@@ -189,7 +186,7 @@ Round PlantNode::met_until() const {
 }
 
 void PlantNode::send_reports(Lock& lock, bool last) {
-  const wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}};
+  const wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, participant_.take_refusals()};
   lock.unlock();
   telemetry_.write(telemetry);
   lock.lock();
