@@ -25,7 +25,7 @@ class Lockstep {
   /// if the run steers a plant.
   Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
 
-  /// Rounds below grant.until may run. Throws RunError if the grant refers to a graph that was never stated.
+  /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing. Throws RunError if the grant refers to a graph that was never stated.
   void grant(const wire::Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
   bool receive(const wire::Information& message);

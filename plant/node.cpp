@@ -30,7 +30,7 @@ PlantNode::PlantNode(const wire::Participant& participant, bool launched)
 
 void PlantNode::on_assignment(wire::PlantAssignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_) return;
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
