@@ -476,7 +476,9 @@ void Session::time_out() {
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
   const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
   if (!lost.empty()) {
-    throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
+    std::string text = "deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost;
+    for (const std::string& remark : take_remarks()) text += "; " + remark;
+    throw TimeoutError(text);
   }
   const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
   if (!unready.empty())
