@@ -116,6 +116,7 @@ std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<We
 }
 
 void Lockstep::grant(const wire::Grant& grant) {
+  if (!segments_.empty() && grant.until <= until_ && grant.report_at <= report_at_) return;
   Round slowest_round = kForever;
   for (const Member& member : members_) slowest_round = std::min(slowest_round, member.k);
   while (segments_.size() > 1 && segments_[1].first <= slowest_round) segments_.pop_front();

@@ -28,7 +28,8 @@ class Lockstep {
   Lockstep(const Lockstep&) = delete;
   Lockstep& operator=(const Lockstep&) = delete;
 
-  /// Rounds below grant.until may run. Throws RunError if the grant refers to a graph that was never stated.
+  /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing. Throws RunError if the grant refers to a
+  /// graph that was never stated.
   virtual void grant(const wire::Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
   bool receive(const wire::Information& message);

@@ -22,7 +22,7 @@ std::string host_name() {
 
 }  // namespace
 
-Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions options)
+Node::Node(const wire::Participant& participant, NodeOptions options)
     : RunMember(options.launched),
       participant_(participant),
       options_(std::move(options)),
@@ -41,7 +41,7 @@ Node::~Node() = default;
 
 void Node::on_assignment(wire::Assignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // said again for somebody who comes back
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
@@ -171,9 +171,6 @@ void Node::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected();
-  for (const wire::InformationReader& reader : information_readers_) rejected += reader.rejected();
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void Node::serve(Lock& lock) {
@@ -429,11 +426,12 @@ Round Node::met_until() const {
 }
 
 void Node::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, lockstep_->slowest().round};
+  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, participant_.take_refusals(), lockstep_->slowest().round};
   if (last || lockstep_->whole_report_due()) telemetry.links = lockstep_->links();
   telemetry.members = lockstep_->take_reports();
   const auto silent = [](const wire::MemberReport& report) { return report.rounds.empty(); };
-  if (realtime_ && !last && std::all_of(telemetry.members.begin(), telemetry.members.end(), silent)) return;
+  const bool nothing = std::all_of(telemetry.members.begin(), telemetry.members.end(), silent) && telemetry.refusals.empty();
+  if (realtime_ && !last && nothing) return;
   if (last && realtime_) telemetry.network = realtime_->network();
   if (last) telemetry.performance = performance();
   lock.unlock();

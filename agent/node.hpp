@@ -20,7 +20,7 @@ struct NodeOptions {
 
 class Node : public RunMember {
  public:
-  Node(const dds::domain::DomainParticipant& participant, NodeOptions options);
+  Node(const wire::Participant& participant, NodeOptions options);
   ~Node();
 
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
@@ -56,7 +56,7 @@ class Node : public RunMember {
   [[nodiscard]] bool greeting_needed() const;
   [[nodiscard]] Round met_until() const;
 
-  dds::domain::DomainParticipant participant_;
+  wire::Participant participant_;
   NodeOptions options_;
   std::string host_;
 

@@ -197,6 +197,17 @@ consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena
   return out;
 }
 
+consort_wire_Refusal refusal(const Refusal& in) {
+  consort_wire_Refusal out{};
+  put_cut(out.topic, in.topic);
+  out.reason = static_cast<std::uint8_t>(in.reason);
+  put_cut(out.field, in.field);
+  put_cut(out.writer, in.writer);
+  put_cut(out.who, in.who);
+  out.samples = in.samples;
+  return out;
+}
+
 // --- reading ----------------------------------------------------------------------------------------------------------
 
 template <class Sequence>
@@ -381,6 +392,11 @@ consort::Layout layout(const Sequence& sequence, const char* field) {
     require(total <= kMaxValues && !out.fields.back().name.empty(), field);
   }
   return out;
+}
+
+Refusal refusal(const consort_wire_Refusal& in) {
+  require(in.reason <= static_cast<std::uint8_t>(Refusal::Reason::bound), "refusal.reason");
+  return {text(in.topic), static_cast<Refusal::Reason>(in.reason), text(in.field), text(in.writer), text(in.who), in.samples};
 }
 
 MemberReport member_report(const consort_wire_MemberReport& in) {
@@ -622,6 +638,7 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
         link.edge.from.value, link.edge.to.value, c.sent, c.received, c.lost, c.late, c.duplicated, c.reordered};
   });
   out.performance = performance(in.performance);
+  out.refusals = convert_all<decltype(out.refusals)>(in.refusals, arena, [](const Refusal& each) { return refusal(each); });
   return out;
 }
 
@@ -640,6 +657,7 @@ Telemetry decode(const consort_wire_Telemetry& in) {
     out.network.push_back({{agent_id(link.from, "network.from"), agent_id(link.to, "network.to")},
                            {link.sent, link.received, link.lost, link.late, link.duplicated, link.reordered}});
   out.performance = performance(in.process, in.performance);
+  for (const auto& each : view(in.refusals)) out.refusals.push_back(refusal(each));
   return out;
 }
 

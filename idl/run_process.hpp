@@ -2,6 +2,7 @@
 /// How a process of a run is started: the options that agents and plant share, what they mean for DDS, and dying with the orchestrator.
 
 #include "core/errors.hpp"
+#include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
 
@@ -99,6 +100,7 @@ void wait_for_the_end(Driver& driver, std::atomic<int>& caught, const sigset_t& 
 /// Joins the run's domain, makes the driver with `make(participant)` and runs it; SIGINT and SIGTERM end it. The exit code.
 template <class Make>
 int serve(const RunProcessOptions& options, Make&& make) {
+  const auto key = wire::RunKey::of_environment();
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
@@ -108,7 +110,7 @@ int serve(const RunProcessOptions& options, Make&& make) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
   const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
-  const dds::domain::DomainParticipant participant(domain);
+  const wire::Participant participant(dds::domain::DomainParticipant(domain), key);
   auto driver = make(participant);
   std::atomic<int> caught{0};
   std::thread([&driver, &caught, signals, orchestrator = options.orchestrator] {  // detached: it ends with the process

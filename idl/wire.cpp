@@ -2,8 +2,6 @@
 
 #include "idl/codec.hpp"
 
-#include <atomic>
-
 DDS_TOPIC_TYPE(consort_wire_Assignment);
 DDS_TOPIC_TYPE(consort_wire_PlantAssignment);
 DDS_TOPIC_TYPE(consort_wire_Grant);
@@ -137,6 +135,33 @@ struct LoopOf<Actuation> {
   static std::string partition(std::uint32_t) { return "plant"; }
 };
 
+/// Decodes one sample for whoever takes it, if its writer belongs to the run and no bound is broken; else it is counted.
+template <class Wire, class Use>
+void take(Gate& gate, const dds::sub::Sample<Wire>& sample, Use&& use) {
+  const Gate::Handle writer = sample.info().publication_handle();
+  if (!gate.admits(writer)) return;
+  try {
+    use(decode(sample.data()));
+  } catch (const Rejected& broken) {
+    gate.refuse(writer, broken.what());
+  }
+}
+
+/// A reader's doorkeeper hears of every match.
+auto judge_writers(Gate& gate, std::function<void(std::size_t)> on_matched = {}) {
+  return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::SubscriptionMatchedStatus& status) {
+    const Gate::Matches matches = gate.matched(status.last_publication_handle(), status.current_count_change());
+    if (on_matched) on_matched(matches.now);
+  };
+}
+
+/// As judge_writers, of a writer.
+auto judge_readers(Gate& gate, std::function<void(Gate::Matches)> on_matched) {
+  return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::PublicationMatchedStatus& status) {
+    on_matched(gate.matched(status.last_subscription_handle(), status.current_count_change()));
+  };
+}
+
 std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.value); }
 
 }  // namespace
@@ -146,14 +171,14 @@ std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.
 template <class T>
 struct Writer<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  explicit Impl(const dds::domain::DomainParticipant& participant, const dds::pub::qos::PublisherQos& where = {})
+  explicit Impl(const Participant& participant, const dds::pub::qos::PublisherQos& where = {})
       : writer(dds::pub::Publisher(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::pub::qos::DataWriterQos>()) {}
+               steering_qos<dds::pub::qos::DataWriterQos>() << participant.badge(TopicOf<T>::name)) {}
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-Writer<T>::Writer(const dds::domain::DomainParticipant& participant) : impl_(std::make_unique<Impl>(participant)) {}
+Writer<T>::Writer(const Participant& participant) : impl_(std::make_unique<Impl>(participant)) {}
 template <class T>
 Writer<T>::~Writer() = default;
 template <class T>
@@ -178,50 +203,35 @@ bool Writer<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct Reader<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched,
+  Impl(const Participant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched,
        const dds::sub::qos::SubscriberQos& where = {})
-      : reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>(), listener(std::move(on_data), std::move(on_matched))) {}
+      : gate(participant, TopicOf<T>::name, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<T>::name), listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) read(sample.data(), on_data);
+        for (const auto& sample : samples) take(gate, sample, on_data);
       }
     };
-    if (on_matched) {
-      result.on_subscription_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-        on_matched(status.current_count());
-      };
-    }
+    result.on_subscription_matched = judge_writers(gate, std::move(on_matched));
     return result;
   }
 
-  void read(const Wire& sample, const std::function<void(T&&)>& on_data) {
-    try {
-      on_data(decode(sample));
-    } catch (const Rejected&) {
-      rejected.fetch_add(1, std::memory_order_relaxed);
-    }
-  }
-
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
   dds::sub::DataReader<Wire> reader;
 };
 
 template <class T>
-Reader<T>::Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+Reader<T>::Reader(const Participant& participant, std::function<void(T&&)> on_data,
                   std::function<void(std::size_t)> on_matched)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_matched))) {}
 template <class T>
 Reader<T>::~Reader() = default;
 template <class T>
 Reader<T>::Reader(Reader&&) noexcept = default;
-template <class T>
-std::uint64_t Reader<T>::rejected() const {
-  return impl_->rejected.load(std::memory_order_relaxed);
-}
 
 template class Writer<Assignment>;
 template class Writer<PlantAssignment>;
@@ -253,7 +263,7 @@ Partition partitions_of(std::span<const AgentId> agents) {
 struct AnnouncementWriter::Impl : Writer<Layouts>::Impl {
   using Writer<Layouts>::Impl::Impl;
 };
-AnnouncementWriter::AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents)
+AnnouncementWriter::AnnouncementWriter(const Participant& participant, std::span<const AgentId> agents)
     : impl_(std::make_unique<Impl>(participant, dds::pub::qos::PublisherQos() << partitions_of(agents))) {}
 AnnouncementWriter::~AnnouncementWriter() = default;
 AnnouncementWriter::AnnouncementWriter(AnnouncementWriter&&) noexcept = default;
@@ -269,31 +279,33 @@ bool AnnouncementWriter::wait_for_acknowledgments(double seconds) {
 struct AnnouncementReader::Impl : Reader<Layouts>::Impl {
   using Reader<Layouts>::Impl::Impl;
 };
-AnnouncementReader::AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+AnnouncementReader::AnnouncementReader(const Participant& participant, std::span<const AgentId> senders,
                                        std::function<void(Layouts&&)> on_data)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::function<void(std::size_t)>{},
                                    dds::sub::qos::SubscriberQos() << partitions_of(senders))) {}
 AnnouncementReader::~AnnouncementReader() = default;
 AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
-std::uint64_t AnnouncementReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
 
 // --- information ------------------------------------------------------------------------------------------------------
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const dds::domain::DomainParticipant& participant, AgentId sender, std::function<void(std::size_t)> on_matched,
+  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched,
        const std::optional<Delivery>& delivery)
       : agent(sender),
+        gate(participant, kInformationTopic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(delivery),
-               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-                 on_matched(status.total_count());
-               }}) {}
+               dds::topic::Topic<Wire>(participant, kInformationTopic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(kInformationTopic),
+               {.on_publication_matched =
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {
+  }
   AgentId agent;
+  Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent,
+InformationWriter::InformationWriter(const Participant& participant, AgentId agent,
                                      std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
 InformationWriter::~InformationWriter() = default;
@@ -313,11 +325,13 @@ struct InformationReader::Burst::Impl {
   using Wire = consort_wire_Information;
   static constexpr std::size_t kBatch = 32;
 
-  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
+  Impl(const Participant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
        const std::optional<Delivery>& delivery)
-      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
+      : gate(participant, kInformationTopic, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
                dds::topic::Topic<Wire>(participant, kInformationTopic),
-               information_qos<dds::sub::qos::DataReaderQos>(delivery, senders.empty() ? kMostKept : senders.size()),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, senders.empty() ? kMostKept : senders.size())
+                   << participant.badge(kInformationTopic),
                listener(std::move(on_burst), delivery.has_value())) {}
 
   static Partition partitions(std::span<const AgentId> senders) {
@@ -337,10 +351,11 @@ struct InformationReader::Burst::Impl {
       Burst burst(*this);
       on_burst(burst);
     };
+    result.on_subscription_matched = judge_writers(gate);
     return result;
   }
 
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
   EventCount events;
   dds::sub::SampleBatch<Wire, kBatch> batch;
   dds::sub::SampleBatch<Wire, kBatch>::iterator next = batch.end();
@@ -358,12 +373,12 @@ bool InformationReader::Burst::next(Information& message) {
     }
     const auto sample = *impl_.next;
     ++impl_.next;
-    try {
-      message = decode(sample.data());
-      return true;
-    } catch (const Rejected&) {
-      impl_.rejected.fetch_add(1, std::memory_order_relaxed);
-    }
+    bool taken = false;
+    take(impl_.gate, sample, [&](const Information& information) {
+      message = information;
+      taken = true;
+    });
+    if (taken) return true;
   }
 }
 
@@ -371,31 +386,33 @@ struct InformationReader::Impl : Burst::Impl {
   using Burst::Impl::Impl;
 };
 
-InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+InformationReader::InformationReader(const Participant& participant, std::span<const AgentId> senders,
                                      std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst), delivery)) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
 ReaderEvents InformationReader::events() const { return impl_->events.now(); }
-std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
 
 // --- the closed loop --------------------------------------------------------------------------------------------------
 
 template <class T>
 struct LoopWriter<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
        const std::optional<Delivery>& delivery)
-      : writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::pub::qos::DataWriterQos>(delivery),
-               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-                 on_matched(status.current_count());
-               }}) {}
+      : gate(participant, LoopOf<T>::topic, Gate::Kind::readers),
+        writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(LoopOf<T>::topic),
+               {.on_publication_matched =
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {
+  }
+  Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-LoopWriter<T>::LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process,
+LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process,
                           std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
 template <class T>
@@ -420,11 +437,12 @@ bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct LoopReader<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
        const std::optional<Delivery>& delivery)
-      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
+      : gate(participant, LoopOf<T>::topic, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
                dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
-               information_qos<dds::sub::qos::DataReaderQos>(delivery, LoopOf<T>::senders),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, LoopOf<T>::senders) << participant.badge(LoopOf<T>::topic),
                listener(std::move(on_data), delivery.has_value())) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data, bool realtime) {
@@ -432,25 +450,20 @@ struct LoopReader<T>::Impl {
     if (realtime) events.listen(result);
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) {
-          try {
-            on_data(decode(sample.data()));
-          } catch (const Rejected&) {
-            rejected.fetch_add(1, std::memory_order_relaxed);
-          }
-        }
+        for (const auto& sample : samples) take(gate, sample, on_data);
       }
     };
+    result.on_subscription_matched = judge_writers(gate);
     return result;
   }
 
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
   EventCount events;
   dds::sub::DataReader<Wire> reader;
 };
 
 template <class T>
-LoopReader<T>::LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+LoopReader<T>::LoopReader(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
                           const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, process, std::move(on_data), delivery)) {}
 template <class T>
@@ -460,10 +473,6 @@ LoopReader<T>::LoopReader(LoopReader&&) noexcept = default;
 template <class T>
 ReaderEvents LoopReader<T>::events() const {
   return impl_->events.now();
-}
-template <class T>
-std::uint64_t LoopReader<T>::rejected() const {
-  return impl_->rejected.load(std::memory_order_relaxed);
 }
 
 template class LoopWriter<Measurement>;

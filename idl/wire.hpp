@@ -1,10 +1,11 @@
 #pragma once
-/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated;
-/// what breaks a bound of consort.idl is dropped, counted and named (`rejected()`), never passed on.
+/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated: what
+/// comes from outside the run or breaks a bound of consort.idl is dropped, counted and named (Participant::take_refusals), never passed on.
 
 #include "core/announcements.hpp"
 #include "core/plant_task.hpp"
 #include "core/trace.hpp"
+#include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
 
@@ -153,6 +154,7 @@ struct Telemetry {
   bool last = false;
   std::vector<MemberReport> members;
   std::vector<LinkReport> links;
+  std::vector<Refusal> refusals = {};  ///< since the telemetry before
   Round round = 0;  ///< of its slowest agent
   std::vector<NetworkTotals> network;
   Performance performance;  ///< `process` is above
@@ -165,7 +167,7 @@ class Writer {
   friend class AnnouncementWriter;
 
  public:
-  explicit Writer(const dds::domain::DomainParticipant& participant);
+  explicit Writer(const Participant& participant);
   ~Writer();
   Writer(Writer&&) noexcept;
   void write(const T& value);
@@ -178,18 +180,17 @@ class Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers are
-/// matched.
+/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers of the
+/// run are matched.
 template <class T>
 class Reader {
   friend class AnnouncementReader;
 
  public:
-  Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+  Reader(const Participant& participant, std::function<void(T&&)> on_data,
          std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;
@@ -200,7 +201,7 @@ class Reader {
 /// on). Whoever connects late still gets each of them.
 class AnnouncementWriter {
  public:
-  AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents);
+  AnnouncementWriter(const Participant& participant, std::span<const AgentId> agents);
   ~AnnouncementWriter();
   AnnouncementWriter(AnnouncementWriter&&) noexcept;
   void write(const Layouts& value);
@@ -215,23 +216,22 @@ class AnnouncementWriter {
 class AnnouncementReader {
  public:
   /// What the processes of the `senders` write. `on_data` runs on a receive thread; it must not block.
-  AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+  AnnouncementReader(const Participant& participant, std::span<const AgentId> senders,
                      std::function<void(Layouts&&)> on_data);
   ~AnnouncementReader();
   AnnouncementReader(AnnouncementReader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes) have been matched so far; those that have
-/// left count.
+/// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes of the run) have been matched so far; those
+/// that have left count.
 class InformationWriter {
  public:
   /// `delivery`: in real time; else reliable, and all is kept.
-  InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
                     const std::optional<Delivery>& delivery = {});
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
@@ -271,25 +271,25 @@ class InformationReader {
     explicit Burst(Impl& impl) : impl_(impl) {}
     Impl& impl_;
   };
-  InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+  InformationReader(const Participant& participant, std::span<const AgentId> senders,
                     std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery = {});
   ~InformationReader();
   InformationReader(InformationReader&&) noexcept;
   [[nodiscard]] ReaderEvents events() const;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// One end of the closed loop: writes and reads bare numbers of a round, point to point. `on_matched(n)`: now n readers are matched.
+/// One end of the closed loop: writes and reads bare numbers of a round, point to point. `on_matched(n)`: now n readers of the
+/// run are matched.
 /// The plant has a MeasurementWriter per process and one ActuationReader; a process has one MeasurementReader and one ActuationWriter.
 template <class T>
 class LoopWriter {
  public:
   /// Measurement: to the process of that name alone. Actuation: to the plant.
-  LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
              const std::optional<Delivery>& delivery = {});
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;
@@ -307,12 +307,11 @@ template <class T>
 class LoopReader {
  public:
   /// Measurement: those of process `process`. Actuation: everybody's. `on_data` runs on a receive thread; it must not block.
-  LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+  LoopReader(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
              const std::optional<Delivery>& delivery = {});
   ~LoopReader();
   LoopReader(LoopReader&&) noexcept;
   [[nodiscard]] ReaderEvents events() const;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;

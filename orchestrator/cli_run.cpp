@@ -1,4 +1,5 @@
 #include "agent/registry.hpp"
+#include "idl/trust.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/findings.hpp"
@@ -86,6 +87,8 @@ class Scribe : public RunObserver {
     unfinished_.reset();
   }
 
+  void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
+
   void note(const std::string& text) {
     if (progress_) progress_->note(text);
   }
@@ -161,7 +164,8 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
         "A hundred simulations on all cores: mean ± std of each metric."},
        {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
        {"consort run ring.yaml --external 7 --name demo --domain 3",
-        "Everybody but agent 7, which is then started by hand: consort-agent --id 7 --run demo --domain 3"}},
+        "Everybody but agent 7, which is then started by hand; the line to do it with is printed, and holds the run's key (taken from "
+        "CONSORT_KEY where that is set)."}},
       {{"0", "all criteria are met"},
        {"1", "a criterion was not met"},
        {"2", "bad input: the command line or the experiment file; nothing was run"},
@@ -219,6 +223,8 @@ RunOptions RunVerb::options() const {
   options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
   options.interface = interface_;
+  options.key = wire::RunKey::secret_of_environment().value_or("");
+  if (options.key.empty()) options.key = wire::RunKey::random_secret();
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";
@@ -260,13 +266,15 @@ Exit RunVerb::execute() {
     scribe_->note(told(findings));
   }
   const RunOptions run_options = options();
+  const std::string key = fmt::format("{}={} ", wire::RunKey::kVariable, run_options.key);
   if (run_options.external_plant)
-    scribe_->note(fmt::format("waiting for the plant: consort-plant --run {} --domain {}", run_options.run_name, run_options.domain));
+    scribe_->note(
+        fmt::format("waiting for the plant: {}consort-plant --run {} --domain {}", key, run_options.run_name, run_options.domain));
   if (!run_options.external.empty()) {
     std::vector<std::uint32_t> ids;
     for (const AgentId agent : run_options.external) ids.push_back(agent.value);
-    scribe_->note(fmt::format("waiting for agent{} {}: consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
-                              fmt::join(ids, ", "), run_options.run_name, run_options.domain));
+    scribe_->note(fmt::format("waiting for agent{} {}: {}consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
+                              fmt::join(ids, ", "), key, run_options.run_name, run_options.domain));
   }
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));

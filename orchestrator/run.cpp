@@ -95,6 +95,7 @@ class JobRun {
     JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
     finish();
     tell_remarks();
+    observer_.refused(session_.refusals());
     trace_.converged = stop_.converged();
     outcome.trace = std::move(trace_);
     return outcome;
@@ -368,16 +369,21 @@ SessionTimes run_processes(const Experiment& experiment, const RunOptions& optio
   const auto begin = Clock::now();
   SessionTimes times;
   Session session(experiment, options);
-  session.launch(observer);
-  for (const Job& job : jobs_of(experiment)) {
-    const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
-    session.assign(job, epoch, observer);
-    if (session.interrupted()) break;
-    if (job.number == 0) times.startup_seconds = seconds_since(begin);
-    const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
-    times.running_seconds += outcome.seconds;
-    observer.run_ends(outcome);
-    if (session.interrupted()) break;
+  try {
+    session.launch(observer);
+    for (const Job& job : jobs_of(experiment)) {
+      const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
+      session.assign(job, epoch, observer);
+      if (session.interrupted()) break;
+      if (job.number == 0) times.startup_seconds = seconds_since(begin);
+      const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
+      times.running_seconds += outcome.seconds;
+      observer.run_ends(outcome);
+      if (session.interrupted()) break;
+    }
+  } catch (...) {
+    observer.refused(session.refusals());
+    throw;
   }
   session.shut_down();
   return times;

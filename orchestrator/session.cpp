@@ -26,6 +26,15 @@ constexpr milliseconds kAnnounceEvery{2000};  // neighbours mode: a first announ
 constexpr milliseconds kExternalLease{2000};  // how fast an agent on another host notices a dead orchestrator, and the other way round
 constexpr milliseconds kLookAround{20};       // how often children, interrupt and deadline are looked at
 
+std::string remark_on(const Refusal& refusal) {
+  const std::string writer = "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) +
+                             (refusal.who.empty() ? std::string() : ", " + refusal.who);
+  if (refusal.reason == Refusal::Reason::bound)
+    return "samples of " + refusal.topic + " by " + writer + " break a bound of the wire (" + refusal.field + ") and are left out";
+  return "a stranger takes part, who does not know the run's key: " + writer + "; what it writes, first to " + refusal.topic +
+         ", is left out and counted";
+}
+
 unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
 
 }  // namespace
@@ -52,6 +61,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
+  if (options_.key.empty()) options_.key = wire::RunKey::random_secret();
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.external_plant || options_.interface != "lo";
   if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
@@ -92,7 +102,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   for (unsigned attempt = 0;; ++attempt) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
     try {
-      hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, callbacks));
+      hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, wire::RunKey(options_.key), callbacks));
       return;
     } catch (const dds::core::Exception& failure) {
       if (derived && attempt + 1 < kDomainAttempts) continue;
@@ -113,7 +123,8 @@ void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
     settings_.port_base = static_cast<std::uint16_t>(port(hub) - dds::configuration::unicast_port(0, domain_number_));
     const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
     try {
-      hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration, callbacks));
+      hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration,
+                                            wire::RunKey(options_.key), callbacks));
     } catch (const dds::core::Exception& failure) {
       throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + failure.what() + "; `consort doctor` looks for the cause");
     }
@@ -190,7 +201,7 @@ void Session::start(std::size_t process) {
   state.started = true;
   if (state.external) return;
   const auto executable = process == plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
-  children_->start(state.name, executable, arguments_of(process));
+  children_->start(state.name, executable, arguments_of(process), {{wire::RunKey::kVariable, options_.key}});
 }
 
 void Session::launch(RunObserver& observer) {
@@ -405,6 +416,7 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   }
   for (News& item : news) {
     if (auto* telemetry = std::get_if<wire::Telemetry>(&item)) {
+      note(std::exchange(telemetry->refusals, {}));
       if (on_telemetry) on_telemetry(std::move(*telemetry));
     } else if (auto* layouts = std::get_if<wire::Layouts>(&item)) {
       if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
@@ -534,7 +546,9 @@ void Session::time_out() {
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
   const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
   if (!lost.empty()) {
-    throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
+    std::string text = "deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost;
+    for (const std::string& remark : take_remarks()) text += "; " + remark;
+    throw TimeoutError(text);
   }
   const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
   if (!unready.empty())
@@ -560,13 +574,24 @@ RunLayouts Session::layouts() const {
   return names;
 }
 
-std::vector<std::string> Session::take_remarks() {
-  std::uint64_t rejected = 0;
-  for (const auto& hub : hubs_) rejected += hub->rejected();
-  if (rejected > rejected_told_) {
-    remarks_.push_back(std::to_string(rejected - rejected_told_) + " samples broke a bound of the wire and were left out");
-    rejected_told_ = rejected;
+/// Adds to what was refused; the first time that somebody's samples are, it is worth a remark.
+void Session::note(std::vector<Refusal> refusals) {
+  for (Refusal& refusal : refusals) {
+    const auto known = std::find_if(refusals_.begin(), refusals_.end(), [&](const Refusal& each) { return each.same(refusal); });
+    if (known != refusals_.end()) {
+      known->samples += refusal.samples;
+      continue;
+    }
+    const bool is_new = std::none_of(refusals_.begin(), refusals_.end(), [&](const Refusal& each) {
+      return each.writer == refusal.writer && each.reason == refusal.reason;
+    });
+    if (is_new) remarks_.push_back(remark_on(refusal));
+    refusals_.push_back(std::move(refusal));
   }
+}
+
+std::vector<std::string> Session::take_remarks() {
+  for (const auto& hub : hubs_) note(hub->take_refusals());
   return std::exchange(remarks_, {});
 }
 

@@ -58,6 +58,8 @@ class Session {
   std::vector<Loss> take_losses() { return std::exchange(losses_, {}); }
   /// What is worth keeping but ends no run: strangers, samples that were refused. Each is told once.
   std::vector<std::string> take_remarks();
+  /// All samples refused so far, by whoever takes part, as far as has been reported; by writer, topic and reason.
+  [[nodiscard]] const std::vector<Refusal>& refusals() const { return refusals_; }
   /// Ends the processes politely.
   void shut_down();
 
@@ -105,6 +107,7 @@ class Session {
   [[nodiscard]] bool killed_in(AgentId agent, Round round) const;
   void push(News&& news);
   void handle(wire::Presence&& presence);
+  void note(std::vector<Refusal> refusals);
   void watch_children();
   void wake_stopped(bool all);
   void lose(std::size_t process, const std::string& text);
@@ -139,7 +142,7 @@ class Session {
   std::vector<AgentId> gone_;  // lost in this job, ascending
   std::vector<Loss> losses_;
   std::vector<std::string> remarks_;
-  std::uint64_t rejected_told_ = 0;
+  std::vector<Refusal> refusals_;
 
   std::mutex mutex_;  // guards news_
   std::condition_variable arrived_;

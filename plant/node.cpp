@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kGreetAgain{500};
 
 }  // namespace
 
-PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool launched)
+PlantNode::PlantNode(const wire::Participant& participant, bool launched)
     : RunMember(launched),
       participant_(participant),
       presence_(participant),
@@ -30,7 +30,7 @@ PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool lau
 
 void PlantNode::on_assignment(wire::PlantAssignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_) return;
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
@@ -105,9 +105,6 @@ void PlantNode::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  const std::uint64_t rejected =
-      assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void PlantNode::serve(Lock& lock) {
@@ -220,7 +217,7 @@ Round PlantNode::met_until() const {
 }
 
 void PlantNode::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, rounds_->round()};
+  wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, participant_.take_refusals(), rounds_->round()};
   if (last) telemetry.performance = performance();
   lock.unlock();
   telemetry_.write(telemetry);

@@ -16,7 +16,7 @@ namespace consort {
 class PlantNode : public RunMember {
  public:
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
-  PlantNode(const dds::domain::DomainParticipant& participant, bool launched);
+  PlantNode(const wire::Participant& participant, bool launched);
 
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
   /// an assignment cannot be carried out or the physics diverges (the orchestrator has been told by then).
@@ -42,7 +42,7 @@ class PlantNode : public RunMember {
   [[nodiscard]] Round met_until() const;
   [[nodiscard]] bool somebody_joins() const;
 
-  dds::domain::DomainParticipant participant_;
+  wire::Participant participant_;
 
   // Guarded by the lock, as all that follows.
   std::map<std::uint32_t, wire::PlantAssignment> parts_;  // of the newest epoch, by part

@@ -32,6 +32,7 @@ bool PlantRounds::takes_part(const Process& process) const {
 }
 
 void PlantRounds::grant(const wire::Grant& grant) {
+  if (grant.until <= until_ && grant.report_at <= report_at_) return;
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
   report_due_ = physics_.round() >= report_at_;

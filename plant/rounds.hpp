@@ -19,7 +19,7 @@ class PlantRounds {
   /// `run` holds every agent. Throws ConfigError where the model or a disturbance refuses its values.
   PlantRounds(const wire::PlantAssignment& run, Send send);
 
-  /// Rounds below grant.until may run.
+  /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing.
   void grant(const wire::Grant& grant);
   /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
   void receive(const wire::Actuation& actuation);

@@ -17,9 +17,11 @@ class Keeper : public RunObserver {
   void report(const Job&, const RoundReport&) override { ++reports; }
   void event(const Job&, Round, const std::string& kind, const std::string& text) override { events.push_back(kind + ": " + text); }
   void run_ends(const JobOutcome& outcome) override { outcomes.push_back(outcome); }
+  void refused(const std::vector<Refusal>& what) override { refusals = what; }
 
   std::vector<JobOutcome> outcomes;
   std::vector<std::string> events;
+  std::vector<Refusal> refusals;
   std::size_t reports = 0;
 };
 
