@@ -42,8 +42,9 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
-    LinkModel links = assigned.links;
-    links.standard = run.standard_link;
+    LinkModel links{run.standard_link, {}, assigned.link_changes};
+    links.changes.insert(links.changes.end(), run.link_changes.begin(), run.link_changes.end());
+    std::stable_sort(links.changes.begin(), links.changes.end(), [](const auto& a, const auto& b) { return a.since < b.since; });
     const Layout& message = protocol->message_layout();
     Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window, assigned.presence.from);
     std::vector<double> payload(message.size()), estimate(protocol->estimate_layout().size());
@@ -332,7 +333,8 @@ std::vector<wire::LinkReport> Lockstep::links() const {
   for (const Member& member : members_) {
     for (const AgentId from : member.mailbox.senders()) {
       const LinkCounters counters = member.mailbox.counters(from);
-      if (counters.delivered + counters.lost > 0) links.push_back({{from, member.id}, counters.delivered, counters.lost});
+      if (counters != LinkCounters{})
+        links.push_back({{from, member.id}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
     }
   }
   return links;

@@ -80,6 +80,7 @@ struct Disturbance {
   std::variant<Gaussian, Uniform, Sinusoid, Constant> signal;
   Round hold_rounds = 1;
   std::vector<AgentId> agents;  ///< ascending; empty: all
+  Round first = 0;              ///< it acts from this round on
 };
 
 /// The physics between actuation and measurement.

@@ -16,6 +16,7 @@ class SignalOf {
   Signal operator()(const Disturbance& disturbance) && {
     out_.on = disturbance.on;
     out_.hold_rounds = disturbance.hold_rounds;
+    out_.first = disturbance.first;
     std::visit([this](const auto& signal) { take(signal); }, disturbance.signal);
     return std::move(out_);
   }

@@ -212,6 +212,8 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
   };
   attempt(Edge{AgentId{1}, AgentId{2}}, experiment.links.standard, "links");
   for (const auto& [edge, spec] : experiment.links.overrides) attempt(edge, spec, "links.overrides");
+  for (const LinkModel::Change& change : experiment.links.changes)
+    attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
 }
 
 }  // namespace

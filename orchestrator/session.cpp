@@ -233,9 +233,7 @@ wire::Member Session::member_of(AgentId agent, const Job& job) const {
     member.measurements = static_cast<std::uint32_t>(physics->measurement_size(agent));
   }
   if (!told_.empty()) member.told = told_[index_of(agent)];
-  for (const auto& [edge, link] : experiment_.links.overrides) {
-    if (edge.to == agent) member.links.overrides.emplace(edge, link);
-  }
+  member.link_changes = experiment_.links.changes_into(agent);
   return member;
 }
 
@@ -253,6 +251,8 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
   common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
   common.parameters = protocol.parameters;
   common.standard_link = experiment_.links.standard;
+  for (const LinkModel::Change& change : experiment_.links.changes)
+    if (!change.edge) common.link_changes.push_back(change);
   if (maker_->physics()) common.largest_state = static_cast<std::uint32_t>(maker_->physics()->state_layout().size());
   for (std::size_t i = 0; i < told_.size(); ++i)
     common.relays = common.relays || told_[i].size() > placement_.support.in_degree(agent_at(i));

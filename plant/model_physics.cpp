@@ -118,7 +118,7 @@ Values Physics::knowledge(AgentId i) const {
 
 Physics::Source Physics::source_of(AgentId i, const Signal& signal, std::size_t size) const {
   const std::string what = place(i, signal.number);
-  Source source{signal.on, signal.kind, signal.number, signal.hold_rounds, signal.frequency, {}, {}, {}};
+  Source source{signal.on, signal.kind, signal.number, signal.hold_rounds, signal.first, signal.frequency, {}, {}, {}};
   const auto n = static_cast<Eigen::Index>(size);
   switch (signal.kind) {
     case Signal::Kind::gaussian:
@@ -174,7 +174,7 @@ void Physics::add(AgentId i, const Source& source, std::span<double> to) const {
 
 void Physics::add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const {
   for (const Source& source : part(i).sources)
-    if (source.on == on && source.increment == increments) add(i, source, to);
+    if (source.on == on && source.increment == increments && k_ >= source.first) add(i, source, to);
 }
 
 /// y_i = (x_j - x_i, ...; -x_i) in the outputs of the model.

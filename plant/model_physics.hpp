@@ -49,7 +49,7 @@ class Physics {
     Disturbance::On on;
     Signal::Kind kind;
     std::uint32_t number;
-    Round hold_rounds;
+    Round hold_rounds, first;
     double frequency;
     Vector amplitude, phase;  // one per component
     Gaussian noise;

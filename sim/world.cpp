@@ -200,7 +200,9 @@ std::vector<LinkTotals> World::links() const {
   for (std::size_t i = 0; i < mailboxes_.size(); ++i) {
     for (const AgentId from : mailboxes_[i].senders()) {
       const LinkCounters counters = mailboxes_[i].counters(from);
-      if (counters.delivered + counters.lost > 0) links.push_back({{from, agent_at(i)}, counters.delivered, counters.lost});
+      if (counters != LinkCounters{})
+        links.push_back(
+            {{from, agent_at(i)}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
     }
   }
   std::sort(links.begin(), links.end());
