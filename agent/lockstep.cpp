@@ -52,6 +52,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
     members_.push_back({.id = assigned.agent,
                         .attendance = assigned.presence,
                         .measurements = assigned.measurements,
+                        .distances = assigned.distances,
                         .y = {},
                         .protocol = std::move(protocol),
                         .to_learn = assigned.told,
@@ -242,7 +243,7 @@ void Lockstep::receive(const wire::Measurement& measurement) {
   if (!measured_.empty() && measurement.round <= measured_.back().round) return;
   std::size_t expected = 0;
   for (const Member& member : members_)
-    if (member.attendance.holds(measurement.round)) expected += member.measurements;
+    if (member.attendance.holds(measurement.round)) expected += member.told_by_plant();
   if (measurement.values.size() != expected) {
     throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " + std::to_string(measurement.values.size()) +
                    " numbers; agents " + std::to_string(members_.front().id.value) + "... expect " + std::to_string(expected));
@@ -255,13 +256,14 @@ void Lockstep::receive(const wire::Measurement& measurement) {
 /// Is y of the member's round here?
 bool Lockstep::find_measurement(std::size_t index) {
   Member& member = members_[index];
-  if (member.measurements == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
+  if (member.told_by_plant() == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
   const auto entry = std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
   if (entry == measured_.end()) return false;
   std::size_t at = 0;
   for (std::size_t before = 0; before < index; ++before)
-    if (members_[before].attendance.holds(member.k)) at += members_[before].measurements;
+    if (members_[before].attendance.holds(member.k)) at += members_[before].told_by_plant();
   member.y = std::span<const double>(entry->values).subspan(at, member.measurements);
+  if (member.distances > 0) member.mailbox.note_distances(std::span<const double>(entry->values).subspan(at + member.measurements, member.distances));
   return true;
 }
 
@@ -290,7 +292,7 @@ void Lockstep::finish_round(std::size_t index) {
   if (act_) steer(index);
   ++member.k;
   member.emitted = false;
-  if (member.measurements > 0 || act_) {
+  if (member.told_by_plant() > 0 || act_) {
     Round slowest_round = kForever;
     for (const Member& other : members_)
       if (other.k < other.attendance.until) slowest_round = std::min(slowest_round, other.k);
@@ -346,7 +348,7 @@ Lockstep::Progress Lockstep::slowest() const {
                                        [&](const Member& a, const Member& b) { return left(a) != left(b) ? left(b) : a.k < b.k; });
   Progress progress{member->id, member->k, {}};
   if (!member->emitted) {
-    progress.for_measurement = !left(*member) && member->k < until_ && (member->measurements > 0 || act_);
+    progress.for_measurement = !left(*member) && member->k < until_ && (member->told_by_plant() > 0 || act_);
     return progress;
   }
   for (const Neighbour& neighbour : member->in_neighbours) {

@@ -31,6 +31,7 @@ struct PlantPart {
   bool absolute = false;  ///< relative: its own output against the origin too
   Attendance presence;
   std::vector<Signal> signals;
+  std::vector<AgentId> distances = {};  ///< how far these are away, ascending, follows what it measures: its links ask for it
 };
 
 struct PlantTask {

@@ -120,6 +120,7 @@ consort_wire_MemberAssignment member_assignment(const Member& member, Arena& are
   });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
   out.measurements = member.measurements;
+  out.distances = member.distances;
   out.told = convert_all<decltype(out.told)>(member.told, arena, [](const Told& told) {
     return consort_wire_Told{told.from.value, told.since};
   });
@@ -153,6 +154,7 @@ consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const Pl
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.initial = convert_all<decltype(out.initial)>(in.initial.entries(), arena, named_array);
   out.sensed = ids<decltype(out.sensed)>(in.sensed, arena);
+  out.distances = ids<decltype(out.distances)>(in.distances, arena);
   out.relative = in.relative;
   out.absolute = in.absolute;
   out.first_round = in.presence.from;
@@ -310,6 +312,8 @@ Member member(const consort_wire_MemberAssignment& in) {
   out.model = named_arrays(in.model, "member.model");
   require(in.measurements <= kMaxValues, "member.measurements");
   out.measurements = in.measurements;
+  require(in.distances <= kMaxAgents, "member.distances");
+  out.distances = in.distances;
   for (const auto& told : view(in.told)) {
     out.told.push_back({agent_id(told.agent, "member.told"), told.since});
     require(out.told.size() < 2 || out.told[out.told.size() - 2].from < out.told.back().from, "member.told");
@@ -344,6 +348,7 @@ PlantPart plant_part(const consort_wire_PlantPart& in) {
   out.parameters = named_arrays(in.parameters, "agent.parameters");
   out.initial = named_arrays(in.initial, "agent.initial");
   for (const std::uint32_t sensed : view(in.sensed)) out.sensed.push_back(agent_id(sensed, "agent.sensed"));
+  out.distances = agent_ids(in.distances, "agent.distances");
   out.relative = in.relative;
   out.absolute = in.absolute;
   require(out.relative || (!out.sensed.empty() && !out.absolute), "agent.sensed");

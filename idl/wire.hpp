@@ -31,6 +31,7 @@ struct Member {
   std::vector<LinkModel::Change> link_changes;  ///< of its in-links, ascending; an exception is a change in round 0
   Values model;                        ///< what it knows of its own dynamics; empty without a plant
   std::uint32_t measurements = 0;      ///< length of y_i; 0 without a plant
+  std::uint32_t distances = 0;         ///< numbers that follow it: how far its in-neighbours are away; 0: its links do not ask
   std::vector<Told> told;              ///< whose announcement reaches it, ascending by agent
   Attendance presence;
 };

@@ -62,6 +62,7 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
               style);
   out += fact("agents", fmt::format("{}", experiment.agents), style);
   for (const ProtocolChoice& choice : experiment.protocols) {
+    if (!choice.first()) continue;
     const ProtocolEntry& entry = find_protocol(choice.name);
     out += fact("protocol", fmt::format("{}: {}", choice.name, entry.summary), style);
     out += fact("", fmt::format("{}", entry.source), style);
@@ -69,6 +70,9 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   }
   out += fact("topology", experiment.topology_text, style);
   out += fact("links", link_text(experiment.links), style);
+  for (const ProtocolChoice& choice : experiment.protocols)
+    if (choice.variant && choice.name == experiment.protocols.front().name)
+      out += fact("", choice.variant->label + ": " + link_text(choice.variant->links), style);
   if (experiment.plant) out += fact("plant", plant_text(*experiment.plant), style);
   for (const auto& [agent, presence] : experiment.presence) {
     if (presence.from > 0) out += fact("event", fmt::format("round {}: agent {} joins", presence.from, agent.value), style);

@@ -340,7 +340,7 @@ Record::Record(const std::filesystem::path& file) : impl_(std::make_unique<Impl>
 Record::~Record() = default;
 
 void Record::begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts) {
-  const std::string& protocol = experiment.protocols.at(job.protocol).name;
+  const std::string protocol = experiment.protocols.at(job.protocol).title();
   const std::size_t size = layouts.estimate.size() + layouts.state.size();
   if (size > kMaxValues)
     throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, size));

@@ -75,6 +75,7 @@ class TopLevel {
   void read_rest() {
     if (const auto node = top_.find("links"); present(node)) read_links(mistakes_, node, out_);
     if (const auto node = top_.find("events"); present(node)) read_events(node);
+    if (const auto node = top_.find("sweep"); present(node)) read_sweep(mistakes_, node, top_.find("links"), link_changes_, out_);
     read_placement();
     if (const auto node = top_.find("stop"); present(node)) read_stop(node);
     if (const auto node = top_.find("telemetry"); present(node)) {
@@ -301,10 +302,18 @@ class TopLevel {
     return std::string(longest);
   }
 
+  // The protocol (and the sweep's value) that a metric is of.
+  [[nodiscard]] std::string title_before(const std::string& metric) const {
+    std::string longest;
+    for (const ProtocolChoice& choice : out_.protocols)
+      if (metric.starts_with(choice.title() + ".") && choice.title().size() > longest.size()) longest = choice.title();
+    return longest;
+  }
+
   void add_metrics_of(const std::string& criterion) {
     if (out_.metrics.empty()) return;  // all of them anyway
     for (std::string name : metrics_of(criterion)) {
-      if (out_.protocols.size() > 1) name.erase(0, name.find('.') + 1);
+      if (out_.protocols.size() > 1) name.erase(0, title_before(name).size() + 1);
       name = metric_behind(name);
       if (std::find(out_.metrics.begin(), out_.metrics.end(), name) == out_.metrics.end()) out_.metrics.push_back(name);
     }
@@ -360,6 +369,12 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   const YAML::Node plant = top.find("plant");
   if (present(plant) && out.agents > 0) read_plant(mistakes, plant, directory, out, places);
   reader.read_degradations(directory, places);
+  const bool by_distance = out.links.asks_distances() || std::any_of(out.protocols.begin(), out.protocols.end(), [&](const auto& choice) {
+                             return out.links_of(choice).asks_distances();
+                           });
+  if (by_distance && !present(plant))
+    mistakes.add(present(top.find("links")) ? top.find("links") : document,
+                 "links: found loss by distance without a plant; allowed: with a plant whose agents have a position");
   if (mistakes.none()) check_against_schema(document, mistakes);
   mistakes.raise();
 

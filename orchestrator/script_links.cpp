@@ -259,12 +259,13 @@ void LinkChanges::read(Mistakes& mistakes, const YAML::Node& node, const std::st
   entries_.push_back(std::move(entry));
 }
 
-void LinkChanges::apply(LinkModel& links) {
-  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.round < b.round; });
+void LinkChanges::apply(LinkModel& links) const {
+  auto ascending = entries_;
+  std::stable_sort(ascending.begin(), ascending.end(), [](const Entry& a, const Entry& b) { return a.round < b.round; });
   LinkSpec standard = links.standard;
   std::map<Edge, LinkSpec> own = links.overrides;
   std::map<std::pair<Round, std::optional<Edge>>, LinkSpec> changes;  // of one round and edge, the last counts
-  for (const Entry& entry : entries_) {
+  for (const Entry& entry : ascending) {
     const auto put = [&](std::optional<Edge> edge, LinkSpec& link) {
       script::apply(entry.patch, link);
       changes[{entry.round, edge}] = link;
@@ -276,6 +277,97 @@ void LinkChanges::apply(LinkModel& links) {
     for (const Edge edge : entry.edges) put(edge, own.emplace(edge, standard).first->second);
   }
   for (const auto& [key, link] : changes) links.changes.push_back({key.first, key.second, link});
+}
+
+namespace {
+
+// A value of a sweep and what it is called in the names of metrics.
+struct SweptValue {
+  std::string label;
+  YAML::Node value;
+};
+
+bool fits_metric(const std::string& label) {
+  return !label.empty() && std::all_of(label.begin(), label.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
+  });
+}
+
+std::vector<SweptValue> swept_values(Mistakes& mistakes, const YAML::Node& node, const std::string& what, const std::string& key) {
+  std::vector<SweptValue> out;
+  std::set<std::string> labels;
+  const auto add = [&](const YAML::Node& place, std::string label, const YAML::Node& value) {
+    if (!fits_metric(label) || !labels.insert(label).second)
+      mistakes.add(place, fmt::format("{}: found the name '{}'{}; allowed: letters, digits and '_', each name once", what, label,
+                                      fits_metric(label) ? " a second time" : ""));
+    out.push_back({std::move(label), value});
+  };
+  const std::string last = key.substr(key.rfind('.') + 1);
+  if (node.IsSequence()) {
+    for (std::size_t i = 0; i < node.size(); ++i) {
+      const bool plain = node[i].IsScalar() && fits_metric(node[i].Scalar());
+      add(node[i], last + "_" + (plain ? node[i].Scalar() : std::to_string(i + 1)), node[i]);
+    }
+  } else if (node.IsMap()) {
+    for (const auto& entry : node) add(entry.first, entry.first.Scalar(), entry.second);
+  }
+  if (out.size() < 2)
+    mistakes.add(node, fmt::format("{}: found {}; allowed: two values or more, as a list or as a mapping from names to values", what,
+                                   describe(node)));
+  return out;
+}
+
+// The links section with another value at `path` (keys below `links`).
+YAML::Node with_value(const YAML::Node& links, const std::string& path, const YAML::Node& value) {
+  YAML::Node out = present(links) && links.IsMap() ? YAML::Clone(links) : YAML::Node(YAML::NodeType::Map);
+  if (path == "delay" || path == "delay_rounds") {
+    out.remove("delay");
+    out.remove("delay_rounds");
+  }
+  YAML::Node at = out;
+  std::string rest = path;
+  for (std::size_t dot = rest.find('.'); dot != std::string::npos; dot = rest.find('.')) {
+    const std::string key = rest.substr(0, dot);
+    if (!at[key].IsDefined() || !at[key].IsMap()) at[key] = YAML::Node(YAML::NodeType::Map);
+    at.reset(at[key]);
+    rest.erase(0, dot + 1);
+  }
+  at[rest] = YAML::Clone(value);
+  return out;
+}
+
+}  // namespace
+
+void read_sweep(Mistakes& mistakes, const YAML::Node& node, const YAML::Node& links, const LinkChanges& changes, Experiment& experiment) {
+  constexpr std::string_view kLinks = "links.";
+  const std::string key = node.IsMap() && node.size() == 1 && node.begin()->first.IsScalar() ? node.begin()->first.Scalar() : "";
+  if (!key.starts_with(kLinks)) {
+    mistakes.add(node, fmt::format("sweep: found {}; allowed: one key below links and its values, such as {{links.loss: [0, 0.1, 0.2]}}",
+                                   key.empty() ? describe(node) : "'" + key + "'"));
+    return;
+  }
+  const std::string what = "sweep." + key;
+  const auto values = swept_values(mistakes, node.begin()->second, what, key);
+  std::vector<ProtocolChoice::Variant> variants;
+  for (const SweptValue& swept : values) {
+    Mistakes trial(what);
+    Experiment tried;
+    tried.dt = experiment.dt;
+    tried.agents = experiment.agents;
+    read_links(trial, with_value(links, key.substr(kLinks.size()), swept.value), tried);
+    try {
+      trial.raise();
+    } catch (const ConfigError& error) {
+      mistakes.add(swept.value, error.what());
+    }
+    changes.apply(tried.links);
+    variants.push_back({variants.size(), swept.label, std::move(tried.links)});
+  }
+  std::vector<ProtocolChoice> expanded;
+  for (const ProtocolChoice& choice : experiment.protocols)
+    for (const auto& variant : variants) expanded.push_back({choice.name, choice.parameters, variant});
+  experiment.protocols = std::move(expanded);
+  experiment.sweep_text = YAML::Dump(node);
 }
 
 LinkEvent read_link_event(Mistakes& mistakes, const YAML::Node& node, const std::string& what, Round round, bool heal, std::size_t agents) {

@@ -16,7 +16,7 @@ void read_links(Mistakes&, const YAML::Node&, Experiment& experiment);
 class LinkChanges {
  public:
   void read(Mistakes&, const YAML::Node&, const std::string& what, Round round, const Experiment& experiment);
-  void apply(LinkModel& links);
+  void apply(LinkModel& links) const;
 
  private:
   struct Entry {
@@ -26,6 +26,9 @@ class LinkChanges {
   };
   std::vector<Entry> entries_;
 };
+
+/// `sweep: {links.KEY: values}`: every protocol once per value. The values are a list, or named. `links` is the section they vary.
+void read_sweep(Mistakes&, const YAML::Node&, const YAML::Node& links, const LinkChanges& changes, Experiment& experiment);
 
 /// What follows `cut:` or `heal:`: edges, `{groups: [[1, 2], [3, 4]]}` (all edges between groups) or, to heal, `all`.
 LinkEvent read_link_event(Mistakes&, const YAML::Node&, const std::string& what, Round round, bool heal, std::size_t agents);

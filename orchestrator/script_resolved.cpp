@@ -82,6 +82,7 @@ Node agents_of(const Experiment& experiment) {
   Node out(YAML::NodeType::Map);
   out["count"] = experiment.agents;
   for (const auto& choice : experiment.protocols) {
+    if (!choice.first()) continue;
     Node protocol(YAML::NodeType::Map);
     protocol["name"] = choice.name;
     put_parameters(protocol, choice.parameters, find_protocol(choice.name).parameters);
@@ -248,6 +249,7 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   out["agents"] = agents_of(experiment);
   out["topology"] = topology;
   out["links"] = links_of(experiment.links);
+  if (!experiment.sweep_text.empty()) out["sweep"] = YAML::Load(experiment.sweep_text);
   if (experiment.plant) out["plant"] = plant_of(*experiment.plant, experiment.dt);
   for (const auto& event : experiment.link_events) out["events"].push_back(event_of(event));
   for (const LinkModel::Change& change : experiment.links.changes) out["events"].push_back(event_of(change));

@@ -71,6 +71,7 @@ class Examination {
     scope();
     connectivity();
     for (const auto& choice : experiment_.protocols) {
+      if (!choice.first()) continue;
       if (choice.name == "local_voting") local_voting();
       if (choice.name == "kalman_consensus") kalman(choice);
       for (Finding& finding : examine_control(experiment_, survey_, choice)) out_.push_back(std::move(finding));
@@ -270,7 +271,8 @@ class Examination {
   void links() {
     const auto any = [this](auto property) {
       bool found = false;
-      experiment_.links.for_each([&](const LinkSpec& spec) { found = found || property(spec); });
+      for (const ProtocolChoice& choice : experiment_.protocols)
+        experiment_.links_of(choice).for_each([&](const LinkSpec& spec) { found = found || property(spec); });
       return found;
     };
     if (any([](const LinkSpec& link) { return link.loses(); })) {

@@ -43,6 +43,7 @@ class World {
   std::optional<Physics> physics_;
   bool steers_ = false;
   Truth truth_;
+  std::vector<double> distances_;                  // of one agent
   std::vector<std::vector<double>> measurements_;  // by agent; empty without a plant
   std::vector<double> states_;                     // n x state dimension
   std::vector<HistoryHash> state_histories_;
@@ -79,7 +80,7 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
     constexpr Round kNobodyRunsAhead = 1;
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links, seed, kNobodyRunsAhead, experiment.presence_of(self).from);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead, experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
@@ -155,6 +156,11 @@ void World::advance(Round k) {
   for (std::size_t i = 0; i < n; ++i) {
     if (!present(i, k)) continue;
     const Sense sense = sense_of(i, k);
+    if (physics_ && physics_->distance_count(agent_at(i)) > 0) {
+      distances_.resize(physics_->distance_count(agent_at(i)));
+      physics_->distances(agent_at(i), distances_);
+      mailboxes_[i].note_distances(distances_);
+    }
     protocols_[i]->absorb(sense, mailboxes_[i].take_from(k, sense.in_neighbours, payload_of));
     note_estimate(i);
   }
