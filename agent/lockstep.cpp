@@ -42,8 +42,9 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
-    LinkModel links = assigned.links;
-    links.standard = run.standard_link;
+    LinkModel links{run.standard_link, {}, assigned.link_changes};
+    links.changes.insert(links.changes.end(), run.link_changes.begin(), run.link_changes.end());
+    std::stable_sort(links.changes.begin(), links.changes.end(), [](const auto& a, const auto& b) { return a.since < b.since; });
     const Layout& message = protocol->message_layout();
     Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window, assigned.presence.from);
     std::vector<double> payload(message.size()), estimate(protocol->estimate_layout().size());
@@ -51,6 +52,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
     members_.push_back({.id = assigned.agent,
                         .attendance = assigned.presence,
                         .measurements = assigned.measurements,
+                        .distances = assigned.distances,
                         .y = {},
                         .protocol = std::move(protocol),
                         .to_learn = assigned.told,
@@ -248,7 +250,7 @@ void Lockstep::add_report(Member& member) {
 void Lockstep::check_length(const wire::Measurement& measurement) const {
   std::size_t expected = 0;
   for (const Member& member : members_)
-    if (member.attendance.holds(measurement.round)) expected += member.measurements;
+    if (member.attendance.holds(measurement.round)) expected += member.told_by_plant();
   if (measurement.values.size() != expected) {
     throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " + std::to_string(measurement.values.size()) +
                    " numbers; agents " + std::to_string(members_.front().id.value) + "... expect " + std::to_string(expected));
@@ -266,13 +268,14 @@ void Lockstep::receive(const wire::Measurement& measurement) {
 /// Is y of the member's round here?
 bool Lockstep::find_measurement(std::size_t index) {
   Member& member = members_[index];
-  if (member.measurements == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
+  if (member.told_by_plant() == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
   const auto entry = std::find_if(measured_.begin(), measured_.end(), [&](const Measured& measured) { return measured.round == member.k; });
   if (entry == measured_.end()) return false;
   std::size_t at = 0;
   for (std::size_t before = 0; before < index; ++before)
-    if (members_[before].attendance.holds(member.k)) at += members_[before].measurements;
+    if (members_[before].attendance.holds(member.k)) at += members_[before].told_by_plant();
   member.y = std::span<const double>(entry->values).subspan(at, member.measurements);
+  if (member.distances > 0) member.mailbox.note_distances(std::span<const double>(entry->values).subspan(at + member.measurements, member.distances));
   return true;
 }
 
@@ -301,7 +304,7 @@ void Lockstep::finish_round(std::size_t index) {
   if (act_) steer(index);
   ++member.k;
   member.emitted = false;
-  if (member.measurements > 0 || act_) {
+  if (member.told_by_plant() > 0 || act_) {
     Round slowest_round = kForever;
     for (const Member& other : members_)
       if (other.k < other.attendance.until) slowest_round = std::min(slowest_round, other.k);
@@ -352,7 +355,8 @@ std::vector<wire::LinkReport> Lockstep::links() const {
   for (const Member& member : members_) {
     for (const AgentId from : member.mailbox.senders()) {
       const LinkCounters counters = member.mailbox.counters(from);
-      if (counters.delivered + counters.lost > 0) links.push_back({{from, member.id}, counters.delivered, counters.lost});
+      if (counters != LinkCounters{})
+        links.push_back({{from, member.id}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
     }
   }
   return links;
@@ -364,7 +368,7 @@ Lockstep::Progress Lockstep::slowest() const {
                                        [&](const Member& a, const Member& b) { return left(a) != left(b) ? left(b) : a.k < b.k; });
   Progress progress{member->id, member->k, {}};
   if (!member->emitted) {
-    progress.for_measurement = !left(*member) && member->k < until_ && (member->measurements > 0 || act_);
+    progress.for_measurement = !left(*member) && member->k < until_ && (member->told_by_plant() > 0 || act_);
     return progress;
   }
   for (const Neighbour& neighbour : member->in_neighbours) {

@@ -84,7 +84,9 @@ class Lockstep {
     AgentId id;
     Attendance attendance;
     std::size_t measurements;   // length of y; 0: it measures nothing
+    std::size_t distances;      // numbers that follow it: how far its senders are away
     std::span<const double> y;  // of round k
+    [[nodiscard]] std::size_t told_by_plant() const { return measurements + distances; }
     std::unique_ptr<Protocol> protocol;
     std::vector<Told> to_learn;       // what it is told later, the next one last
     std::vector<const Values*> told;  // by agent: what it announced, as far as this member knows

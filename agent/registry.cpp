@@ -20,6 +20,7 @@
 #include "agent/protocols/local_voting.hpp"
 #include "agent/protocols/measured_consensus.hpp"
 #include "agent/protocols/minimum_energy_consensus.hpp"
+#include "agent/protocols/robust_information_consensus.hpp"
 #include "agent/protocols/sensor_network_observer.hpp"
 #include "agent/protocols/static_consensus.hpp"
 #include "agent/protocols/su_consensus.hpp"
@@ -89,6 +90,7 @@ std::span<const ProtocolEntry> protocol_table() {
       entry<ContinuousKalmanConsensus>(),
       entry<UnbiasedKalmanConsensus>(),
       entry<UnbiasedInformationConsensus>(),
+      entry<RobustInformationConsensus>(),
       entry<StaticConsensus>(),
       entry<MinimumEnergyConsensus>(),
       entry<MeasuredConsensus>(),

@@ -52,6 +52,17 @@ struct NamedPerAgent {
 struct ProtocolChoice {
   std::string name;
   Values parameters;
+  /// Of a sweep: what is different from the experiment.
+  struct Variant {
+    std::size_t number = 0;  ///< 0, 1, ... of the sweep's values
+    std::string label;       ///< usable in the name of a metric
+    LinkModel links;
+  };
+  std::optional<Variant> variant = {};
+  /// Its name in tables and before metrics.
+  [[nodiscard]] std::string title() const { return variant ? name + "." + variant->label : name; }
+  /// False for all but the first of a sweep's values.
+  [[nodiscard]] bool first() const { return !variant || variant->number == 0; }
 };
 
 /// What differs for one agent.
@@ -84,6 +95,7 @@ struct Disturbance {
   std::variant<Gaussian, Uniform, Sinusoid, Constant> signal;
   Round hold_rounds = 1;
   std::vector<AgentId> agents;  ///< ascending; empty: all
+  Round first = 0;              ///< it acts from this round on
 };
 
 /// The physics between actuation and measurement.
@@ -152,6 +164,7 @@ struct Experiment {
   std::map<AgentId, Attendance> presence;  ///< of agents that join or leave on the way; all others are there throughout
   std::vector<Fault> faults;               ///< ascending by round
   LinkModel links;
+  std::string sweep_text;  ///< YAML of the sweep; empty: none
   std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
   AgentLoss on_agent_loss = AgentLoss::abort;
@@ -164,6 +177,7 @@ struct Experiment {
   std::vector<std::string> criteria;
   std::string resolved_text;  ///< canonical text of the resolved experiment (YAML), kept with the results
 
+  [[nodiscard]] const LinkModel& links_of(const ProtocolChoice& choice) const { return choice.variant ? choice.variant->links : links; }
   [[nodiscard]] Schedule schedule(Seed run_seed) const { return Schedule(agents, topology, link_events, run_seed, presence); }
   [[nodiscard]] Attendance presence_of(AgentId agent) const;
   /// Whose subsystems agent i measures: itself, then (sensing neighbours) everybody who may ever be its in-neighbour, ascending; with

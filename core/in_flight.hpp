@@ -33,20 +33,27 @@ class InFlight {
     return std::span(payloads_).subspan(place * size, size);
   }
 
-  /// Takes out everything due in round k or before and returns the newest of it (the largest `sent`): the older ones are superseded.
-  std::optional<Message> take(Round k) {
+  /// Takes out everything due in round k or before and returns the newest of it (the largest `sent`): the older ones are superseded. `each`
+  /// is called with the `sent` of every one.
+  template <class Each>
+  std::optional<Message> take(Round k, Each&& each) {
     std::optional<std::size_t> newest;
     for (std::size_t place = 0; place < entries_.size(); ++place) {
       Entry& entry = entries_[place];
       if (!entry.under_way || entry.due > k) continue;
       entry.under_way = false;
       free_.push_back(place);  // its payload stays untouched until the next add()
+      each(entry.sent);
       if (!newest || entries_[*newest].sent < entry.sent) newest = place;
     }
     if (!newest) return std::nullopt;
     const Entry& entry = entries_[*newest];
     const std::size_t size = payloads_.size() / entries_.size();
     return Message{entry.due, entry.sent, entry.weight, std::span<const double>(payloads_).subspan(*newest * size, size)};
+  }
+
+  std::optional<Message> take(Round k) {
+    return take(k, [](Round) {});
   }
 
   [[nodiscard]] std::size_t count() const { return entries_.size() - free_.size(); }

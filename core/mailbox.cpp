@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <utility>
 
 namespace consort {
 
@@ -25,26 +26,27 @@ Mailbox::Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layou
   slots_.assign(previous.value, kUnknown);
   for (std::uint32_t slot = 0; slot < senders_.size(); ++slot) slots_[index_of(senders_[slot])] = slot;
 
-  bool ideal = true, delays = false, noisy = false;
+  make_lines(self, links, seed);
+}
+
+void Mailbox::make_lines(AgentId self, const LinkModel& links, Seed seed) {
+  bool ideal = true;
+  links.for_each([&](const LinkSpec& spec) { ideal = ideal && spec.ideal(); });
+  if (ideal) return;
+  ideal = true;
+  bool disturbs = false;
   for (const AgentId from : senders_) {
-    const LinkSpec& spec = links.of({from, self});
-    if (spec.ideal() && ideal) continue;
-    if (links_.empty()) {
-      // The first link that is not ideal: from here on every sender has one.
-      links_.reserve(senders_.size());
-      for (const AgentId earlier : senders_) {
-        if (earlier == from) break;
-        links_.emplace_back(Edge{earlier, self}, LinkSpec{}, static_cast<Eigen::Index>(noise_size_), seed);
-      }
-      ideal = false;
+    Line& line = lines_.emplace_back();
+    for (const auto& [since, spec] : links.periods({from, self})) {
+      const Link& link =
+          line.links.emplace_back(since, Link({from, self}, spec, static_cast<Eigen::Index>(noise_size_), seed)).second;
+      ideal = ideal && link.ideal();
+      delays_ = delays_ || spec.delays() || spec.duplication > 0.0;
+      disturbs = disturbs || link.disturbs();
     }
-    const Link& link = links_.emplace_back(Edge{from, self}, spec, static_cast<Eigen::Index>(noise_size_), seed);
-    delays = delays || spec.delay_rounds > 0;
-    noisy = noisy || link.noisy();
   }
-  if (std::all_of(links_.begin(), links_.end(), [](const Link& link) { return link.ideal(); })) links_.clear();
-  if (delays) in_flight_.resize(senders_.size());
-  if (noisy) disturbed_.resize(senders_.size() * size_);
+  if (ideal) lines_.clear();
+  if (disturbs) disturbed_.resize(senders_.size() * size_);
 }
 
 void Mailbox::Ring::grow(Round next, Round sent, std::size_t size) {
@@ -90,32 +92,57 @@ Inbox Mailbox::take(Round k, std::span<const Neighbour> in_neighbours) {
 }
 
 void Mailbox::cross(Round k, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload) {
-  const Link& link = links_[slot];
-  if (link.lost(k)) {
+  const Link& link = lines_[slot].at(k);
+  if (link.lost(k, distances_.empty() ? 0.0 : distances_[slot])) {
     ++counters_[slot].lost;
     return;
   }
-  const Round delay = link.delay(k);
-  if (delay == 0 && !link.noisy()) {
+  if (link.disturbs()) {
+    const std::span<double> copy = std::span(disturbed_).subspan(slot * size_, size_);
+    std::copy(payload.begin(), payload.end(), copy.begin());
+    link.disturb(k, copy.subspan(noise_offset_, noise_size_));
+    payload = copy;
+  }
+  const Round late = link.delay(k);
+  send(k, late, neighbour, slot, payload);
+  if (const auto again = link.copy_delay(k)) {
+    ++counters_[slot].duplicated;
+    if (late == 0 && *again == 0)
+      ++counters_[slot].superseded;
+    else
+      send(k, *again, neighbour, slot, payload);
+  }
+}
+
+/// On its way, or, if it is not late, into the inbox of round k.
+void Mailbox::send(Round k, Round late, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload) {
+  if (late == 0) {
     inbox_.push_back({neighbour.id, k, neighbour.weight, payload});
     return;
   }
-  const Round due = k + std::min(delay, std::numeric_limits<Round>::max() - k);
-  const std::span<double> copy =
-      delay > 0 ? in_flight_[slot].add(due, k, neighbour.weight, size_) : std::span(disturbed_).subspan(slot * size_, size_);
-  std::copy(payload.begin(), payload.end(), copy.begin());
-  link.add_noise(k, copy.subspan(noise_offset_, noise_size_));
-  if (delay == 0) inbox_.push_back({neighbour.id, k, neighbour.weight, copy});
+  const Round due = k + std::min(late, std::numeric_limits<Round>::max() - k);
+  std::copy(payload.begin(), payload.end(), lines_[slot].in_flight.add(due, k, neighbour.weight, size_).begin());
 }
 
 /// Completes the inbox of round k with what was under way until now, and counts.
 void Mailbox::add_due(Round k) {
-  if (!in_flight_.empty()) {
+  if (delays_) {
+    for (const Received& received : inbox_) lines_[slot_of(received.from)].at_once = true;
     due_.clear();
-    for (std::size_t slot = 0; slot < in_flight_.size(); ++slot) {
-      if (const auto message = in_flight_[slot].take(k)) due_.push_back({senders_[slot], message->sent, message->weight, message->payload});
+    for (std::size_t slot = 0; slot < lines_.size(); ++slot) {
+      Line& line = lines_[slot];
+      LinkCounters& counters = counters_[slot];
+      std::uint64_t newest = line.at_once ? std::uint64_t{k} + 1 : line.newest;
+      const auto message = line.in_flight.take(k, [&](Round sent) {
+        if (std::uint64_t{sent} + 1 < line.newest) ++counters.reordered;
+        ++counters.superseded;
+        newest = std::max(newest, std::uint64_t{sent} + 1);
+      });
+      line.newest = newest;
+      if (std::exchange(line.at_once, false) || !message) continue;
+      --counters.superseded;  // the newest is handed on
+      due_.push_back({senders_[slot], message->sent, message->weight, message->payload});
     }
-    // Of equal senders the union keeps the first range's: a message of this round, newer than all that was under way.
     merged_.clear();
     std::set_union(inbox_.begin(), inbox_.end(), due_.begin(), due_.end(), std::back_inserter(merged_),
                    [](const Received& a, const Received& b) { return a.from < b.from; });
@@ -124,12 +151,18 @@ void Mailbox::add_due(Round k) {
   for (const Received& received : inbox_) ++counters_[slot_of(received.from)].delivered;
 }
 
+LinkCounters& LinkCounters::operator+=(const LinkCounters& other) {
+  delivered += other.delivered;
+  lost += other.lost;
+  duplicated += other.duplicated;
+  reordered += other.reordered;
+  superseded += other.superseded;
+  return *this;
+}
+
 LinkCounters Mailbox::counters() const {
   LinkCounters total;
-  for (const auto& [delivered, lost] : counters_) {
-    total.delivered += delivered;
-    total.lost += lost;
-  }
+  for (const LinkCounters& counters : counters_) total += counters;
   return total;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 /// Everything between "bytes arrived" and "the algorithm sees its inbox": waiting room for what is early, duplicates, order,
-/// and the link's loss, delay and noise. Both drivers use it; it knows no transport and no clock.
+/// and what the link does: loss, delay, copies, noise. All drivers use it; it knows no transport and no clock.
 
 #include "core/errors.hpp"
 #include "core/graph.hpp"
@@ -25,8 +25,14 @@ struct Received {
 /// Ascending by sender; at most one message per sender (the newest one due; an older one due in the same round is superseded).
 using Inbox = std::span<const Received>;
 
+/// What the link model did to one link's messages. Once nothing is under way, emitted + duplicated = delivered + lost + superseded.
 struct LinkCounters {
   std::uint64_t delivered = 0, lost = 0;
+  std::uint64_t duplicated = 0;  ///< second copies made
+  std::uint64_t reordered = 0;   ///< arrived in a later round than a newer message of the same sender
+  std::uint64_t superseded = 0;  ///< arrived in one round with the same or a newer message of the same sender, so not handed on
+  LinkCounters& operator+=(const LinkCounters& other);
+  bool operator==(const LinkCounters&) const = default;
 };
 
 class Mailbox {
@@ -34,7 +40,7 @@ class Mailbox {
   enum class Post { accepted, duplicate, stale, too_early, unknown_sender, wrong_size };
 
   /// `senders`: every agent that may ever be an in-neighbour, ascending. `window`: how far ahead of this agent a sender may be, rounds.
-  /// Throws ConfigError on a link that makes no sense (loss probability, size or definiteness of the noise covariance).
+  /// Throws ConfigError on a link that makes no sense (see Link).
   /// The first round to take is `first`.
   Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window,
           Round first = 0);
@@ -50,6 +56,9 @@ class Mailbox {
     return slot != kUnknown && sent >= next_ && !rings_.empty() && rings_[slot].holds(sent);
   }
   [[nodiscard]] std::size_t missing(Round k, std::span<const Neighbour> in_neighbours) const;  ///< how many of round k are not here yet
+
+  /// How far the senders are away in the round that is taken next, one number per sender. Without a call all are near.
+  void note_distances(std::span<const double> distances) { distances_.assign(distances.begin(), distances.end()); }
 
   /// Closes round k (called for k = 0, 1, 2, ... in order): every message of round k from `in_neighbours` must have been posted; the links
   /// then decide. Returns what is due in round k. Messages of round k from others are discarded.
@@ -86,15 +95,30 @@ class Mailbox {
   [[nodiscard]] std::uint32_t slot_of(AgentId from) const { return index_of(from) < slots_.size() ? slots_[index_of(from)] : kUnknown; }
   template <class PayloadOf>  // payload_of(sender, slot)
   Inbox close(Round k, std::span<const Neighbour> in_neighbours, const PayloadOf& payload_of);
+  /// A sender's link as it changes over the rounds, and what has come over it.
+  struct Line {
+    std::vector<std::pair<Round, Link>> links;  // from which round on; ascending, the first from round 0
+    std::size_t now = 0;
+    std::uint64_t newest = 0;  // round + 1 of the newest message that has arrived; 0: none yet
+    bool at_once = false;      // the message of the round being closed was not late
+    InFlight in_flight;
+    const Link& at(Round k) {
+      while (now + 1 < links.size() && links[now + 1].first <= k) ++now;
+      return links[now].second;
+    }
+  };
+  void make_lines(AgentId self, const LinkModel& links, Seed seed);
   void cross(Round k, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload);
+  void send(Round k, Round late, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload);
   void add_due(Round k);
   [[noreturn]] static void refuse(AgentId from, Round k, const char* why);
 
   std::vector<AgentId> senders_;        // by slot, ascending
   std::vector<std::uint32_t> slots_;    // by position of the agent: its slot, or kUnknown
   std::vector<LinkCounters> counters_;  // by slot
-  std::vector<Link> links_;             // by slot; empty if all are ideal
-  std::vector<InFlight> in_flight_;     // by slot; empty if no link delays
+  std::vector<Line> lines_;             // by slot; empty if all links are ideal
+  bool delays_ = false;                 // some link delays or copies
+  std::vector<double> distances_;       // by slot; empty: all are near
   std::vector<double> disturbed_;       // by slot: payloads with noise; empty if no link adds any
   std::vector<Ring> rings_;             // by slot; empty until the first post
   std::vector<Received> inbox_, due_, merged_;
@@ -108,7 +132,7 @@ template <class PayloadOf>
 Inbox Mailbox::close(Round k, std::span<const Neighbour> in_neighbours, const PayloadOf& payload_of) {
   check(k == next_, "Mailbox: rounds are taken one after the other");
   ++next_;
-  const bool ideal = links_.empty();
+  const bool ideal = lines_.empty();
   inbox_.resize(ideal ? in_neighbours.size() : 0);
   Received* received = inbox_.data();
   AgentId previous{0};

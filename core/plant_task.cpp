@@ -16,6 +16,7 @@ class SignalOf {
   Signal operator()(const Disturbance& disturbance) && {
     out_.on = disturbance.on;
     out_.hold_rounds = disturbance.hold_rounds;
+    out_.first = disturbance.first;
     std::visit([this](const auto& signal) { take(signal); }, disturbance.signal);
     return std::move(out_);
   }
@@ -54,7 +55,10 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
   const PlantSpec& plant = *experiment.plant;
   PlantTask task{plant.model, run_seed, experiment.dt, {}};
   Graph support;
-  if (plant.sensing == PlantSpec::Sensing::neighbours) support = experiment.schedule(run_seed).support(experiment.rounds);
+  const bool asks_distances = experiment.links.asks_distances() ||
+                              std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                                          [&](const ProtocolChoice& choice) { return experiment.links_of(choice).asks_distances(); });
+  if (plant.sensing == PlantSpec::Sensing::neighbours || asks_distances) support = experiment.schedule(run_seed).support(experiment.rounds);
   for (std::size_t i = 0; i < experiment.agents; ++i) {
     const AgentId agent = agent_at(i);
     PlantPart part{plant.parameters_of(agent),
@@ -63,6 +67,7 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
                    plant.sensing == PlantSpec::Sensing::relative,
                    std::binary_search(plant.absolute.begin(), plant.absolute.end(), agent),
                    experiment.presence_of(agent),
+                   {},
                    {}};
     for (std::size_t d = 0; d < plant.disturbances.size(); ++d) {
       const Disturbance& disturbance = plant.disturbances[d];
@@ -70,6 +75,8 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
       if (whom.empty() || std::binary_search(whom.begin(), whom.end(), agent))
         part.signals.push_back(SignalOf(agent, experiment.agents, run_seed, static_cast<std::uint32_t>(d))(disturbance));
     }
+    if (asks_distances)
+      for (const Neighbour& neighbour : support.in_neighbours(agent)) part.distances.push_back(neighbour.id);
     task.parts.push_back(std::move(part));
   }
   return task;

@@ -15,6 +15,7 @@ struct Signal {
   Kind kind = Kind::constant;
   std::uint32_t number = 0;  ///< of the disturbance in the experiment: keys its draws
   Round hold_rounds = 1;
+  Round first = 0;         ///< it acts from this round on
   Matrix amplitude;        ///< covariance or intensity; bound; amplitude; value: scalar, one per component, or (covariances) a full matrix
   double frequency = 0.0;  ///< rad/s
   Matrix phase;            ///< rad
@@ -30,6 +31,7 @@ struct PlantPart {
   bool absolute = false;  ///< relative: its own output against the origin too
   Attendance presence;
   std::vector<Signal> signals;
+  std::vector<AgentId> distances = {};  ///< how far these are away, ascending, follows what it measures: its links ask for it
 };
 
 struct PlantTask {

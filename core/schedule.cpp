@@ -95,6 +95,19 @@ class EdgeUnion {
   std::vector<WeightedEdge> edges_, merged_;  // ascending by receiver, then sender
 };
 
+/// Calls `each` with every edge the event names; of groups, both ways between any two.
+template <class Each>
+void for_each_edge(const LinkEvent& event, Each&& each) {
+  for (const Edge edge : event.edges) each(edge);
+  for (const auto& senders : event.groups) {
+    for (const auto& receivers : event.groups) {
+      if (&senders == &receivers) continue;
+      for (const AgentId from : senders)
+        for (const AgentId to : receivers) each(Edge{from, to});
+    }
+  }
+}
+
 }  // namespace
 
 /// Starts of the pairings drawn so far, and the graphs asked for last. Everything in it can be drawn again at any time.
@@ -190,7 +203,8 @@ void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentI
   auto event = events.begin();
   for (const Round first : firsts) {
     for (; event != events.end() && event->round <= first; ++event) {
-      for (const Edge& edge : event->edges) {
+      if (event->heal && event->everything) cut.clear();
+      for_each_edge(*event, [&](Edge edge) {
         require_agent(edge.from, event->round);
         require_agent(edge.to, event->round);
         if (event->heal) {
@@ -198,7 +212,7 @@ void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentI
         } else {
           cut.insert(edge);
         }
-      }
+      });
     }
     Epoch epoch{first, {cut.begin(), cut.end()}, {}};
     for (const auto& [agent, present] : presence)

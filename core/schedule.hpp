@@ -32,11 +32,13 @@ struct RandomLinks {
   double probability = 0.5;
 };
 
-/// From round `round` on, these edges are cut (or healed). Later entries win.
+/// From round `round` on, these edges are cut (or healed), and all edges between agents of different groups. Later entries win.
 struct LinkEvent {
   Round round = 0;
   std::vector<Edge> edges;
   bool heal = false;
+  std::vector<std::vector<AgentId>> groups = {};
+  bool everything = false;  ///< heal: whatever is cut
 };
 
 /// When an agent takes part: rounds [from, until), and again later if it comes back. Edges to and from an absent agent are absent.

@@ -50,6 +50,7 @@ enum class Truth : std::uint8_t {
 struct LinkTotals {
   Edge edge;
   std::uint64_t delivered = 0, lost = 0;
+  std::uint64_t duplicated = 0, reordered = 0, superseded = 0;  ///< by the link model; see LinkCounters
   auto operator<=>(const LinkTotals&) const = default;
 };
 

@@ -11,7 +11,6 @@ namespace {
 // Bounds beyond those of the IDL's own types; consort.idl states them.
 constexpr std::uint32_t kMaxAgents = 100'000;
 constexpr std::uint32_t kMaxRows = 4096;
-constexpr std::uint32_t kMaxDelay = 65'536;
 constexpr std::uint32_t kMaxValues = 1'000'000;
 constexpr std::uint32_t kMaxParts = 10'000;
 constexpr std::uint32_t kMaxGraphs = 4096;
@@ -77,11 +76,29 @@ consort_wire_NamedArray named_array(const Values::Entry& entry) {
   return out;
 }
 
-consort_wire_LinkRule link_rule(std::uint32_t from, const LinkSpec& spec) {
+consort_wire_LinkRule link_rule(std::uint32_t from, Round since, const LinkSpec& spec) {
   consort_wire_LinkRule out{};
   out.from = from;
+  out.since = since;
   out.loss_probability = spec.loss_probability;
+  out.bursts = spec.bursts.has_value();
+  const BurstLoss bursts = spec.bursts.value_or(BurstLoss{});
+  out.good_to_bad = bursts.good_to_bad;
+  out.bad_to_good = bursts.bad_to_good;
+  out.loss_in_good = bursts.loss_in_good;
+  out.loss_in_bad = bursts.loss_in_bad;
+  out.distance_safe = spec.distance ? spec.distance->safe : 0.0;
+  out.distance_lost = spec.distance ? spec.distance->lost : 0.0;
   out.delay_rounds = spec.delay_rounds;
+  out.jitter = static_cast<std::uint8_t>(spec.jitter.kind);
+  out.jitter_mean = spec.jitter.mean;
+  out.jitter_spread = spec.jitter.spread;
+  out.duplication = spec.duplication;
+  out.reordering = spec.reordering ? spec.reordering->probability : 0.0;
+  out.later_rounds = spec.reordering ? spec.reordering->later_rounds : 0;
+  out.quantiser_bits = spec.quantiser ? spec.quantiser->bits : 0;
+  out.quantiser_low = spec.quantiser ? spec.quantiser->low : 0.0;
+  out.quantiser_high = spec.quantiser ? spec.quantiser->high : 0.0;
   out.noise_rows = static_cast<std::uint32_t>(spec.noise_covariance.rows());
   out.noise_columns = static_cast<std::uint32_t>(spec.noise_covariance.cols());
   out.noise_covariance =
@@ -98,10 +115,12 @@ consort_wire_MemberAssignment member_assignment(const Member& member, Arena& are
   out.hears_everyone = member.hears_everyone;
   out.in_neighbours = ids<decltype(out.in_neighbours)>(member.in_neighbours, arena);
   out.remote_readers = member.remote_readers;
-  out.links = convert_all<decltype(out.links)>(member.links.overrides, arena,
-                                               [](const auto& item) { return link_rule(item.first.from.value, item.second); });
+  out.links = convert_all<decltype(out.links)>(member.link_changes, arena, [](const LinkModel::Change& change) {
+    return link_rule(change.edge->from.value, change.since, change.spec);
+  });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
   out.measurements = member.measurements;
+  out.distances = member.distances;
   out.told = convert_all<decltype(out.told)>(member.told, arena, [](const Told& told) {
     return consort_wire_Told{told.from.value, told.since};
   });
@@ -117,6 +136,7 @@ consort_wire_Signal signal(const Signal& in) {
   out.kind = static_cast<std::uint8_t>(in.kind);
   out.number = in.number;
   out.hold_rounds = in.hold_rounds;
+  out.first = in.first;
   out.frequency = in.frequency;
   out.rows = static_cast<std::uint32_t>(in.amplitude.rows());
   out.columns = static_cast<std::uint32_t>(in.amplitude.cols());
@@ -134,6 +154,7 @@ consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const Pl
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.initial = convert_all<decltype(out.initial)>(in.initial.entries(), arena, named_array);
   out.sensed = ids<decltype(out.sensed)>(in.sensed, arena);
+  out.distances = ids<decltype(out.distances)>(in.distances, arena);
   out.relative = in.relative;
   out.absolute = in.absolute;
   out.stays = convert_all<decltype(out.stays)>(in.presence.stays(), arena, [](const Attendance& stay) {
@@ -266,12 +287,29 @@ Values named_arrays(const Sequence& sequence, const char* field) {
 }
 
 LinkSpec link_spec(const consort_wire_LinkRule& rule) {
-  require(rule.loss_probability >= 0.0 && rule.loss_probability <= 1.0, "loss_probability");
-  require(rule.delay_rounds <= kMaxDelay, "delay_rounds");
+  require(rule.jitter <= static_cast<std::uint8_t>(Jitter::Kind::normal), "jitter");
   LinkSpec out;
   out.loss_probability = rule.loss_probability;
+  if (rule.bursts) out.bursts = BurstLoss{rule.good_to_bad, rule.bad_to_good, rule.loss_in_good, rule.loss_in_bad};
+  if (rule.distance_lost != 0.0) out.distance = DistanceLoss{rule.distance_safe, rule.distance_lost};
   out.delay_rounds = rule.delay_rounds;
+  out.jitter = {static_cast<Jitter::Kind>(rule.jitter), rule.jitter_mean, rule.jitter_spread};
+  out.duplication = rule.duplication;
+  if (rule.later_rounds > 0) out.reordering = Reordering{rule.reordering, rule.later_rounds};
+  if (rule.quantiser_bits > 0) out.quantiser = Quantiser{rule.quantiser_bits, rule.quantiser_low, rule.quantiser_high};
   out.noise_covariance = matrix(rule.noise_rows, rule.noise_columns, view(rule.noise_covariance), "noise_covariance");
+  if (const auto found = objection(out)) throw Rejected("link: " + *found);
+  return out;
+}
+
+/// Changes of links, ascending by their round.
+template <class Sequence, class EdgeOf>
+std::vector<LinkModel::Change> link_changes(const Sequence& rules, const EdgeOf& edge_of) {
+  std::vector<LinkModel::Change> out;
+  for (const auto& rule : view(rules)) {
+    out.push_back({rule.since, edge_of(rule), link_spec(rule)});
+    require(out.size() < 2 || out[out.size() - 2].since <= out.back().since, "link.since");
+  }
   return out;
 }
 
@@ -306,10 +344,12 @@ Member member(const consort_wire_MemberAssignment& in) {
   require(!out.hears_everyone || out.in_neighbours.empty(), "member.in_neighbours");
   require(in.remote_readers <= kMaxAgents, "member.remote_readers");
   out.remote_readers = in.remote_readers;
-  for (const auto& rule : view(in.links)) out.links.overrides[{agent_id(rule.from, "link.from"), out.agent}] = link_spec(rule);
+  out.link_changes = link_changes(in.links, [&](const auto& rule) { return Edge{agent_id(rule.from, "link.from"), out.agent}; });
   out.model = named_arrays(in.model, "member.model");
   require(in.measurements <= kMaxValues, "member.measurements");
   out.measurements = in.measurements;
+  require(in.distances <= kMaxAgents, "member.distances");
+  out.distances = in.distances;
   for (const auto& told : view(in.told)) {
     out.told.push_back({agent_id(told.agent, "member.told"), told.since});
     require(out.told.size() < 2 || out.told[out.told.size() - 2].from < out.told.back().from, "member.told");
@@ -332,6 +372,7 @@ Signal signal(const consort_wire_Signal& in) {
   out.kind = static_cast<Signal::Kind>(in.kind);
   out.number = in.number;
   out.hold_rounds = in.hold_rounds;
+  out.first = in.first;
   out.frequency = in.frequency;
   out.amplitude = matrix(in.rows, in.columns, view(in.amplitude), "signal.amplitude");
   out.phase = matrix(in.phase_rows, in.phase_columns, view(in.phase), "signal.phase");
@@ -343,6 +384,7 @@ PlantPart plant_part(const consort_wire_PlantPart& in) {
   out.parameters = named_arrays(in.parameters, "agent.parameters");
   out.initial = named_arrays(in.initial, "agent.initial");
   for (const std::uint32_t sensed : view(in.sensed)) out.sensed.push_back(agent_id(sensed, "agent.sensed"));
+  out.distances = agent_ids(in.distances, "agent.distances");
   out.relative = in.relative;
   out.absolute = in.absolute;
   require(out.relative || (!out.sensed.empty() && !out.absolute), "agent.sensed");
@@ -432,7 +474,10 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.report_interval = in.report_interval;
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
-  out.standard_link = link_rule(0, in.standard_link);
+  out.standard_link = link_rule(0, 0, in.standard_link);
+  out.link_changes = convert_all<decltype(out.link_changes)>(in.link_changes, arena, [](const LinkModel::Change& change) {
+    return link_rule(0, change.since, change.spec);
+  });
   out.largest_state = in.largest_state;
   out.relays = in.relays;
   out.steers = in.steers;
@@ -465,6 +510,7 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.window = in.window;
   out.parameters = named_arrays(in.parameters, "parameters");
   out.standard_link = link_spec(in.standard_link);
+  out.link_changes = link_changes(in.link_changes, [](const auto&) { return std::optional<Edge>(); });
   require(in.largest_state <= kMaxValues, "largest_state");
   out.largest_state = in.largest_state;
   out.relays = in.relays;
@@ -630,7 +676,8 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
   out.links = convert_all<decltype(out.links)>(in.links, arena, [](const LinkReport& link) {
-    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost};
+    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost, link.duplicated,
+                                   link.reordered, link.superseded};
   });
   out.network = convert_all<decltype(out.network)>(in.network, arena, [](const NetworkTotals& link) {
     const NetworkCounters& c = link.counters;
@@ -651,7 +698,8 @@ Telemetry decode(const consort_wire_Telemetry& in) {
   out.round = in.round;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
   for (const auto& link : view(in.links)) {
-    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")}, link.delivered, link.lost});
+    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")}, link.delivered, link.lost, link.duplicated,
+                         link.reordered, link.superseded});
   }
   for (const auto& link : view(in.network))
     out.network.push_back({{agent_id(link.from, "network.from"), agent_id(link.to, "network.to")},

@@ -29,9 +29,10 @@ struct Member {
   std::vector<AgentId> in_neighbours;  ///< else: everyone who may ever be one, ascending
   std::uint32_t remote_readers = 0;    ///< processes other than its own that read it from its first round on
   std::vector<Round> late_readers;     ///< when a further process begins to, ascending
-  LinkModel links;                     ///< only `overrides` travels: exceptions among its in-links
+  std::vector<LinkModel::Change> link_changes;  ///< of its in-links, ascending; an exception is a change in round 0
   Values model;                        ///< what it knows of its own dynamics; empty without a plant
   std::uint32_t measurements = 0;      ///< length of y_i; 0 without a plant
+  std::uint32_t distances = 0;         ///< numbers that follow it: how far its in-neighbours are away; 0: its links do not ask
   std::vector<Told> told;              ///< whose announcement reaches it, ascending by agent
   Attendance presence;
 };
@@ -54,6 +55,7 @@ struct Assignment {
   Round rounds = 0, report_interval = 1, window = 1;
   Values parameters;
   LinkSpec standard_link;
+  std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
   std::uint32_t largest_state = 0;   ///< n_j of the largest part of the plant; 0 without one
   bool relays = false;               ///< what others announced is passed on to whoever reads an agent
   bool steers = false;               ///< the plant waits for every agent's actuation
@@ -147,7 +149,7 @@ struct MemberReport {
 };
 struct LinkReport {
   Edge edge;
-  std::uint64_t delivered = 0, lost = 0;
+  std::uint64_t delivered = 0, lost = 0, duplicated = 0, reordered = 0, superseded = 0;
 };
 struct Telemetry {
   std::uint32_t process = 0, epoch = 0;

@@ -26,7 +26,7 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
   json["agents"] = experiment.agents;
   json["agents_per_process"] = experiment.agents_per_process;
   json["protocols"] = nlohmann::ordered_json::array();
-  for (const auto& protocol : experiment.protocols) json["protocols"].push_back(protocol.name);
+  for (const auto& protocol : experiment.protocols) json["protocols"].push_back(protocol.title());
   json["topology"] = experiment.topology_text;
   if (experiment.plant) json["plant"] = experiment.plant->model;
   json["metrics"] = experiment.metrics;

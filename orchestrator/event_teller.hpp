@@ -1,6 +1,7 @@
 #pragma once
 /// Events of the experiment as they come up in the reports: told alike by every driver.
 
+#include "orchestrator/link_words.hpp"
 #include "orchestrator/run.hpp"
 
 #include <fmt/format.h>
@@ -16,10 +17,12 @@ class EventTeller {
  public:
   EventTeller(const Experiment& experiment, const Job& job, RunObserver& observer) : job_(job), observer_(observer) {
     for (const LinkEvent& event : experiment.link_events) {
-      std::string text;
-      for (const Edge edge : event.edges) text += fmt::format("{}{} -> {}", text.empty() ? "" : ", ", edge.from.value, edge.to.value);
-      events_.push_back({event.round, event.heal ? "heal" : "cut", std::move(text)});
+      events_.push_back({event.round, event.heal ? "heal" : "cut", words_of(event)});
     }
+    for (const LinkModel::Change& change : experiment.links.changes) events_.push_back({change.since, "set_link", words_of(change)});
+    if (experiment.plant)
+      for (const Disturbance& disturbance : experiment.plant->disturbances)
+        if (disturbance.first > 0) events_.push_back({disturbance.first, "degrade", words_of_degradation(disturbance)});
     for (const ProcessEvent& event : process_events(experiment)) events_.push_back({event.round, event.kind, fmt::format("agent {}", event.agent.value)});
     std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }

@@ -1,6 +1,7 @@
 #include "orchestrator/portrait.hpp"
 
 #include "agent/registry.hpp"
+#include "orchestrator/link_words.hpp"
 #include "orchestrator/placement.hpp"
 #include "plant/registry.hpp"
 
@@ -23,20 +24,9 @@ std::string fact(const std::string& label, const std::string& text, const TextSt
   return out;
 }
 
-std::string covariance_text(const Matrix& covariance) {
-  if (covariance.size() == 1) return fmt::format("{:g}", covariance(0, 0));
-  return fmt::format("{} of {} x {}", covariance.cols() == 1 ? "diagonal" : "matrix", covariance.rows(), covariance.rows());
-}
-
 std::string link_text(const LinkModel& links) {
-  const LinkSpec& standard = links.standard;
-  std::string text;
-  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (standard.loss_probability > 0.0) add(fmt::format("loss {:g}", standard.loss_probability));
-  if (standard.delay_rounds > 0) add(fmt::format("delay {} round{}", standard.delay_rounds, standard.delay_rounds == 1 ? "" : "s"));
-  if (standard.noise_covariance.size() > 0) add("noise covariance " + covariance_text(standard.noise_covariance));
-  if (text.empty()) text = "ideal";
-  if (!links.overrides.empty()) add(fmt::format("{} exception{}", links.overrides.size(), links.overrides.size() == 1 ? "" : "s"));
+  std::string text = words_of(links.standard);
+  if (!links.overrides.empty()) text += fmt::format(", {} exception{}", links.overrides.size(), links.overrides.size() == 1 ? "" : "s");
   return text;
 }
 
@@ -48,15 +38,6 @@ std::string plant_text(const PlantSpec& plant) {
   if (!plant.couplings.empty()) text += fmt::format("; {} coupling{}", plant.couplings.size(), plant.couplings.size() == 1 ? "" : "s");
   if (!plant.disturbances.empty())
     text += fmt::format("; {} disturbance{}", plant.disturbances.size(), plant.disturbances.size() == 1 ? "" : "s");
-  return text;
-}
-
-std::string event_text(const LinkEvent& event) {
-  std::string text = fmt::format("round {}: {}", event.round, event.heal ? "heal" : "cut");
-  constexpr std::size_t kShown = 4;
-  for (std::size_t i = 0; i < std::min(event.edges.size(), kShown); ++i)
-    text += fmt::format("{} {} -> {}", i == 0 ? "" : ",", event.edges[i].from.value, event.edges[i].to.value);
-  if (event.edges.size() > kShown) text += fmt::format(" and {} more", event.edges.size() - kShown);
   return text;
 }
 
@@ -81,6 +62,7 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
               style);
   out += fact("agents", fmt::format("{}", experiment.agents), style);
   for (const ProtocolChoice& choice : experiment.protocols) {
+    if (!choice.first()) continue;
     const ProtocolEntry& entry = find_protocol(choice.name);
     out += fact("protocol", fmt::format("{}: {}", choice.name, entry.summary), style);
     out += fact("", fmt::format("{}", entry.source), style);
@@ -88,10 +70,21 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   }
   out += fact("topology", experiment.topology_text, style);
   out += fact("links", link_text(experiment.links), style);
+  for (const ProtocolChoice& choice : experiment.protocols)
+    if (choice.variant && choice.name == experiment.protocols.front().name)
+      out += fact("", choice.variant->label + ": " + link_text(choice.variant->links), style);
   if (experiment.plant) out += fact("plant", plant_text(*experiment.plant), style);
   for (const ProcessEvent& event : process_events(experiment))
     out += fact("event", fmt::format("round {}: {} agent {}", event.round, event.kind, event.agent.value), style);
-  for (const LinkEvent& event : experiment.link_events) out += fact("event", event_text(event), style);
+  constexpr std::size_t kShownEdges = 4;
+  for (const LinkEvent& event : experiment.link_events)
+    out += fact("event", fmt::format("round {}: {} {}", event.round, event.heal ? "heal" : "cut", words_of(event, kShownEdges)), style);
+  for (const LinkModel::Change& change : experiment.links.changes)
+    out += fact("event", fmt::format("round {}: {}", change.since, words_of(change)), style);
+  if (experiment.plant)
+    for (const Disturbance& disturbance : experiment.plant->disturbances)
+      if (disturbance.first > 0)
+        out += fact("event", fmt::format("round {}: degrades the {}", disturbance.first, words_of_degradation(disturbance)), style);
   out += fact("ends", stop_text(experiment), style);
   out += fact("seed",
               experiment.runs > 1

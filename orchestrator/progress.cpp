@@ -63,7 +63,7 @@ void Progress::report(const Job& job, const RoundReport& report) {
   const auto rate = static_cast<std::uint64_t>(static_cast<double>(rounds - rounds_at_mark_) / seconds);
   mark_ = now;
   rounds_at_mark_ = rounds;
-  const std::string& protocol = experiment_.protocols.at(job.protocol).name;
+  const std::string protocol = experiment_.protocols.at(job.protocol).title();
   const std::string run =
       experiment_.runs > 1 ? fmt::format("run {} of {}", job.number % experiment_.runs + 1, experiment_.runs) : std::string();
   // Only computed for what is shown: it compares all pairs of agents.

@@ -55,7 +55,11 @@ CREATE TABLE estimates (         -- one row per run, reported round and agent; t
 ) WITHOUT ROWID;
 CREATE TABLE links (             -- one row per run and directed link that agents have told of
   run INTEGER NOT NULL, sender INTEGER NOT NULL, receiver INTEGER NOT NULL,
-  delivered INTEGER NOT NULL, lost INTEGER NOT NULL,
+  delivered INTEGER NOT NULL,    -- given to the protocol
+  lost INTEGER NOT NULL,         -- dropped by the link model
+  duplicated INTEGER NOT NULL,   -- second copies the link model made
+  reordered INTEGER NOT NULL,    -- arrived in a later round than a newer message
+  superseded INTEGER NOT NULL,   -- arrived together with the same or a newer message, and not given to the protocol
   PRIMARY KEY (run, sender, receiver)
 ) WITHOUT ROWID;
 CREATE TABLE network (           -- real time: what the network did to a link's messages, apart from the link model
@@ -228,13 +232,16 @@ class Writer {
     update.bind(7, hex(end.hash));
     update.bind(8, static_cast<std::int64_t>(end.run));
     update.execute();
-    Statement link = database_.prepare("INSERT INTO links VALUES (?, ?, ?, ?, ?)");
+    Statement link = database_.prepare("INSERT INTO links VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
     link.bind(0, static_cast<std::int64_t>(end.run));
     for (const LinkTotals& totals : end.links) {
       link.bind(1, static_cast<std::int64_t>(totals.edge.from.value));
       link.bind(2, static_cast<std::int64_t>(totals.edge.to.value));
       link.bind(3, static_cast<std::int64_t>(totals.delivered));
       link.bind(4, static_cast<std::int64_t>(totals.lost));
+      link.bind(5, static_cast<std::int64_t>(totals.duplicated));
+      link.bind(6, static_cast<std::int64_t>(totals.reordered));
+      link.bind(7, static_cast<std::int64_t>(totals.superseded));
       link.execute();
     }
     write_network(end);
@@ -372,7 +379,7 @@ Record::Record(const std::filesystem::path& file) : impl_(std::make_unique<Impl>
 Record::~Record() = default;
 
 void Record::begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts) {
-  const std::string& protocol = experiment.protocols.at(job.protocol).name;
+  const std::string protocol = experiment.protocols.at(job.protocol).title();
   const std::size_t size = layouts.estimate.size() + layouts.state.size();
   if (size > kMaxValues)
     throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, size));

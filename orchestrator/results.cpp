@@ -87,7 +87,7 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
 Results::Results(const Experiment& experiment, std::filesystem::path output) : experiment_(experiment), output_(std::move(output)) {
   for (const ProtocolChoice& choice : experiment.protocols) {
     protocols_.emplace_back();
-    protocols_.back().result.name = choice.name;
+    protocols_.back().result.name = choice.title();
   }
   if (experiment_.metrics.empty()) return;
   for (const char* shown : {"consensus_value", "centralised_value", "bias", "disagreement", "error", "rounds_to_convergence"}) {

@@ -254,6 +254,9 @@ class JobRun {
     LinkTotals& total = link_totals_.try_emplace(link.edge, LinkTotals{link.edge}).first->second;
     total.delivered += link.delivered;
     total.lost += link.lost;
+    total.duplicated += link.duplicated;
+    total.reordered += link.reordered;
+    total.superseded += link.superseded;
   }
 
   void collect(const wire::Telemetry& telemetry) {

@@ -3,6 +3,7 @@
 #include "agent/registry.hpp"
 #include "orchestrator/criteria.hpp"
 #include "orchestrator/script_agents.hpp"
+#include "orchestrator/script_links.hpp"
 #include "orchestrator/script_plant.hpp"
 #include "orchestrator/script_resolved.hpp"
 #include "orchestrator/script_topology.hpp"
@@ -18,6 +19,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <set>
 #include <sstream>
 
 namespace consort {
@@ -27,6 +29,8 @@ namespace {
 using namespace script;
 
 constexpr std::uint64_t kMostRounds = 1'000'000'000;
+const std::set<std::string> kProcessEvents{"join", "leave", "kill", "restart", "stop", "continue"};
+const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave", "kill", "restart", "stop", "continue"};
 constexpr std::uint64_t kMostRuns = 1'000'000;
 constexpr std::uint64_t kAnyWhole = std::numeric_limits<std::uint64_t>::max();
 
@@ -72,8 +76,9 @@ class TopLevel {
   }
 
   void read_rest() {
-    if (const auto node = top_.find("links"); present(node)) read_links(node);
+    if (const auto node = top_.find("links"); present(node)) read_links(mistakes_, node, out_);
     if (const auto node = top_.find("events"); present(node)) read_events(node);
+    if (const auto node = top_.find("sweep"); present(node)) read_sweep(mistakes_, node, top_.find("links"), link_changes_, out_);
     read_placement();
     read_transport();
     if (const auto node = top_.find("stop"); present(node)) read_stop(node);
@@ -105,6 +110,11 @@ class TopLevel {
     mistakes_.add(node, fmt::format("{}: found {}, {} rounds of dt = {} s; allowed: {} to {} rounds", what, describe(node),
                                     number_text(rounds), number_text(out_.dt), least, kMostRounds));
     return std::nullopt;
+  }
+
+  /// Once the plant is known: what its sensors are to suffer.
+  void read_degradations(const std::filesystem::path& directory, Places& places) {
+    for (const auto& [node, what, round] : degradations_) read_degradation(mistakes_, node, what, round, directory, out_, places);
   }
 
   // Once the rest of the experiment is known to hold: measures named by criteria exist.
@@ -147,63 +157,6 @@ class TopLevel {
     }
   }
 
-  void read_link(const Section& section, LinkSpec& link) {
-    if (const auto node = section.find("loss"); present(node)) {
-      if (node.IsMap()) {
-        const Section loss(mistakes_, node, section.path("loss"), "/definitions/loss/oneOf/1");
-        if (const auto p = loss.required("bernoulli"); present(p))
-          link.loss_probability = read_number(mistakes_, p, loss.path("bernoulli"), kProbability).value_or(0.0);
-      } else {
-        link.loss_probability = read_number(mistakes_, node, section.path("loss"), kProbability).value_or(0.0);
-      }
-    }
-    if (const auto node = section.find("delay_rounds"); present(node))
-      link.delay_rounds = static_cast<Round>(read_whole(mistakes_, node, section.path("delay_rounds"), 0, 1'000'000).value_or(0));
-    if (const auto node = section.find("noise_covariance"); present(node)) {
-      const auto covariance = read_matrix(mistakes_, node, section.path("noise_covariance"));
-      if (!covariance) return;
-      try {
-        Values values;
-        values.set("noise_covariance", *covariance);
-        static_cast<void>(values.covariance("noise_covariance", covariance->rows()));  // for its objections
-        link.noise_covariance = *covariance;
-      } catch (const ConfigError& error) {
-        mistakes_.add(node, fmt::format("{}: {}", section.path("noise_covariance"), error.what()));
-      }
-    }
-  }
-
-  void read_links(const YAML::Node& node) {
-    const Section section(mistakes_, node, "links", "/definitions/links");
-    read_link(section, out_.links.standard);
-    const auto overrides = section.find("overrides");
-    if (!present(overrides)) return;
-    if (!overrides.IsSequence()) {
-      mistakes_.add(overrides, fmt::format("links.overrides: found {}; allowed: a list such as [{{edge: 3 -> 7, delay_rounds: 2}}]",
-                                           describe(overrides)));
-      return;
-    }
-    for (std::size_t i = 0; i < overrides.size(); ++i) {
-      const std::string what = fmt::format("links.overrides[{}]", i);
-      const Section entry(mistakes_, overrides[i], what, "/definitions/link_override");
-      if (!entry.is_map()) continue;
-      LinkSpec link = out_.links.standard;
-      read_link(entry, link);
-      const auto one = entry.find("edge"), several = entry.find("edges");
-      if (present(one) == present(several)) {
-        mistakes_.add(overrides[i], fmt::format("{}: found {}; allowed: exactly one of 'edge' and 'edges'", what,
-                                                present(one) ? "both 'edge' and 'edges'" : "neither 'edge' nor 'edges'"));
-        continue;
-      }
-      const auto edges = present(one) ? read_edge(mistakes_, one, what + ".edge", out_.agents)
-                                      : read_edges(mistakes_, several, what + ".edges", out_.agents);
-      for (const Edge edge : edges)
-        if (!out_.links.overrides.emplace(edge, link).second)
-          mistakes_.add(overrides[i],
-                        fmt::format("{}: found the edge {} in a second entry; allowed: each edge once", what, edge_text(edge)));
-    }
-  }
-
   void read_events(const YAML::Node& node) {
     if (!node.IsSequence()) {
       mistakes_.add(node, fmt::format("events: found {}; allowed: a list such as [{{round: 150, cut: [1 -> 2]}}]", describe(node)));
@@ -215,22 +168,26 @@ class TopLevel {
       if (!section.is_map()) continue;
       const auto round = read_event_round(section, node[i], what);
       std::vector<std::string> found;
-      for (const char* key : {"cut", "heal", "join", "leave", "kill", "restart", "stop", "continue"})
+      for (const char* key : kEvents)
         if (present(section.find(key))) found.emplace_back(key);
       if (found.size() != 1) {
-        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of cut, heal, join, leave, kill, restart, stop, continue", what, listed(found)));
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, found.empty() ? "none" : listed(found), listed(kEvents)));
         continue;
       }
       const YAML::Node value = section.find(found[0]);
-      if (found[0] != "cut" && found[0] != "heal") {
+      if (kProcessEvents.contains(found[0])) {
         read_process_event(value, section.path(found[0]), round, found[0]);
         continue;
       }
-      LinkEvent event{round, {}, found[0] == "heal"};
-      event.edges = read_edges(mistakes_, value, section.path(found[0]), out_.agents);
-      out_.link_events.push_back(std::move(event));
+      if (found[0] == "set_link")
+        link_changes_.read(mistakes_, value, section.path(found[0]), round, out_);
+      else if (found[0] == "degrade")
+        degradations_.push_back({value, section.path(found[0]), round});
+      else
+        out_.link_events.push_back(read_link_event(mistakes_, value, section.path(found[0]), round, found[0] == "heal", out_.agents));
     }
     order_process_events(node);
+    link_changes_.apply(out_.links);
     check_presence(node);
   }
 
@@ -412,19 +369,35 @@ class TopLevel {
     return std::string(longest);
   }
 
+  // The protocol (and the sweep's value) that a metric is of.
+  [[nodiscard]] std::string title_before(const std::string& metric) const {
+    std::string longest;
+    for (const ProtocolChoice& choice : out_.protocols)
+      if (metric.starts_with(choice.title() + ".") && choice.title().size() > longest.size()) longest = choice.title();
+    return longest;
+  }
+
   void add_metrics_of(const std::string& criterion) {
     if (out_.metrics.empty()) return;  // all of them anyway
     for (std::string name : metrics_of(criterion)) {
-      if (out_.protocols.size() > 1) name.erase(0, name.find('.') + 1);
+      if (out_.protocols.size() > 1) name.erase(0, title_before(name).size() + 1);
       name = metric_behind(name);
       if (std::find(out_.metrics.begin(), out_.metrics.end(), name) == out_.metrics.end()) out_.metrics.push_back(name);
     }
   }
 
+  struct Degradation {
+    YAML::Node node;
+    std::string what;
+    Round round;
+  };
+
   Mistakes& mistakes_;
   const Section& top_;
   const ScriptOverrides& overrides_;
   Experiment& out_;
+  LinkChanges link_changes_;
+  std::vector<Degradation> degradations_;
   struct EventOfProcess {
     Round round;
     std::string kind;
@@ -468,6 +441,13 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   if (out.agents > 0) reader.read_rest();
   const YAML::Node plant = top.find("plant");
   if (present(plant) && out.agents > 0) read_plant(mistakes, plant, directory, out, places);
+  reader.read_degradations(directory, places);
+  const bool by_distance = out.links.asks_distances() || std::any_of(out.protocols.begin(), out.protocols.end(), [&](const auto& choice) {
+                             return out.links_of(choice).asks_distances();
+                           });
+  if (by_distance && !present(plant))
+    mistakes.add(present(top.find("links")) ? top.find("links") : document,
+                 "links: found loss by distance without a plant; allowed: with a plant whose agents have a position");
   if (mistakes.none()) check_against_schema(document, mistakes);
   mistakes.raise();
 

@@ -202,7 +202,7 @@ YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice
   return it == places.end() ? fallback : it->second;
 }
 
-void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& experiment, std::size_t noise_size) {
+void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& experiment, const LinkModel& links, std::size_t noise_size) {
   const auto attempt = [&](Edge edge, const LinkSpec& spec, const std::string& what) {
     try {
       Link(edge, spec, static_cast<Eigen::Index>(noise_size), experiment.seed);
@@ -210,8 +210,10 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
       mistakes.add(mark, what + ": " + error.what());
     }
   };
-  attempt(Edge{AgentId{1}, AgentId{2}}, experiment.links.standard, "links");
-  for (const auto& [edge, spec] : experiment.links.overrides) attempt(edge, spec, "links.overrides");
+  attempt(Edge{AgentId{1}, AgentId{2}}, links.standard, "links");
+  for (const auto& [edge, spec] : links.overrides) attempt(edge, spec, "links.overrides");
+  for (const LinkModel::Change& change : links.changes)
+    attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
 }
 
 }  // namespace
@@ -239,7 +241,7 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
       try {
         const auto protocol = maker.make(agent);
         const std::size_t found = protocol->estimate_layout().size();
-        if (!dimension) try_links(mistakes, links_mark, experiment, protocol->message_layout().noise_size);
+        if (!dimension) try_links(mistakes, links_mark, experiment, experiment.links_of(choice), protocol->message_layout().noise_size);
         if (found == dimension.value_or(found)) {
           dimension = found;
           continue;
@@ -261,7 +263,7 @@ std::vector<std::string> metric_names(const Experiment& experiment) {
   std::vector<std::string> out;
   for (const auto& choice : experiment.protocols) {
     const Trace start = simulate(experiment, choice, experiment.seed, [](const RoundReport&) { return false; });
-    const std::string prefix = experiment.protocols.size() > 1 ? choice.name + "." : "";
+    const std::string prefix = experiment.protocols.size() > 1 ? choice.title() + "." : "";
     for (const auto& [name, value] : compute_metrics(experiment, experiment.seed, choice, start)) {
       out.push_back(prefix + name);
       if (experiment.runs > 1) out.push_back(prefix + name + ".std");

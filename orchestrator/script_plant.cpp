@@ -42,6 +42,23 @@ class PlantReader {
     experiment_.plant = std::move(plant_);
   }
 
+  void degrade(const YAML::Node& node, const std::string& what, Round first) {
+    places_.emplace(fmt::format("plant.disturbances[{}]", experiment_.plant->disturbances.size()), node.Mark());
+    const Section section(mistakes_, node, what, "/definitions/degradation");
+    if (!section.is_map()) return;
+    Disturbance out;
+    out.first = first;
+    const auto one = section.find("agent"), several = section.find("agents");
+    if (present(one) == present(several))
+      mistakes_.add(node, fmt::format("{}: found {}; allowed: exactly one of 'agent' and 'agents'", what,
+                                      present(one) ? "both 'agent' and 'agents'" : "neither 'agent' nor 'agents'"));
+    else if (present(several))
+      out.agents = read_agents(mistakes_, several, section.path("agents"), experiment_.agents);
+    else if (const auto id = read_whole(mistakes_, one, section.path("agent"), 1, experiment_.agents))
+      out.agents = {AgentId{static_cast<std::uint32_t>(*id)}};
+    if (read_signal(section, what, out)) experiment_.plant->disturbances.push_back(std::move(out));
+  }
+
  private:
   bool read_model(const YAML::Node& node) {
     std::vector<std::string> models;
@@ -128,15 +145,19 @@ class PlantReader {
       const std::string what = fmt::format("plant.disturbances[{}]", i);
       places_.emplace(what, node[i].Mark());
       const Section section(mistakes_, node[i], what, "/definitions/disturbance");
-      if (section.is_map()) read_disturbance(section, what);
+      if (!section.is_map()) continue;
+      Disturbance out;
+      static const std::array<std::string, 3> kPlaces{"state", "input", "measurement"};
+      if (const auto on = section.required("on"); present(on))
+        if (const auto choice = read_choice(mistakes_, on, section.path("on"), kPlaces)) out.on = static_cast<Disturbance::On>(*choice);
+      if (const auto agents = section.find("agents"); present(agents))
+        out.agents = read_agents(mistakes_, agents, section.path("agents"), experiment_.agents);
+      if (read_signal(section, what, out)) plant_.disturbances.push_back(std::move(out));
     }
   }
 
-  void read_disturbance(const Section& section, const std::string& what) {
-    Disturbance out{Disturbance::On::measurement, Disturbance::Gaussian{{}, false}, 1, {}};
-    static const std::array<std::string, 3> kPlaces{"state", "input", "measurement"};
-    if (const auto on = section.required("on"); present(on))
-      if (const auto choice = read_choice(mistakes_, on, section.path("on"), kPlaces)) out.on = static_cast<Disturbance::On>(*choice);
+  /// What is added and how long it is held; false: nothing that could be.
+  bool read_signal(const Section& section, const std::string& what, Disturbance& out) {
     if (const auto hold = section.find("hold"); present(hold)) {
       if (const auto seconds = read_duration(mistakes_, hold, section.path("hold"))) {
         const double rounds = std::round(*seconds / experiment_.dt);
@@ -147,15 +168,13 @@ class PlantReader {
           out.hold_rounds = static_cast<Round>(rounds);
       }
     }
-    if (const auto agents = section.find("agents"); present(agents))
-      out.agents = read_agents(mistakes_, agents, section.path("agents"), experiment_.agents);
     std::vector<std::string> found;
     for (const char* kind : {"gaussian", "uniform", "sinusoid", "constant"})
       if (present(section.find(kind))) found.emplace_back(kind);
     if (found.size() != 1) {
       mistakes_.add(section.node(),
                     fmt::format("{}: found {}; allowed: exactly one of gaussian, uniform, sinusoid, constant", what, listed(found)));
-      return;
+      return false;
     }
     const YAML::Node signal = section.find(found[0]);
     const std::string place = section.path(found[0]);
@@ -166,7 +185,7 @@ class PlantReader {
       auto value = read_per_agent(mistakes_, signal, place, directory_, experiment_.agents);
       if (value) out.signal = Disturbance::Constant{std::move(*value)};
     }
-    plant_.disturbances.push_back(std::move(out));
+    return true;
   }
 
   void read_gaussian(const YAML::Node& node, const std::string& what, Disturbance& out) {
@@ -234,6 +253,14 @@ class PlantReader {
 void read_plant(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
                 Places& places) {
   PlantReader(mistakes, directory, experiment, places).read(node);
+}
+
+void read_degradation(Mistakes& mistakes, const YAML::Node& node, const std::string& what, Round first,
+                      const std::filesystem::path& directory, Experiment& experiment, Places& places) {
+  if (experiment.plant)
+    PlantReader(mistakes, directory, experiment, places).degrade(node, what, first);
+  else if (mistakes.none())
+    mistakes.add(node, what + ": found no plant in the experiment; allowed: with a plant, whose sensors can degrade");
 }
 
 void try_plant(Mistakes& mistakes, const YAML::Mark& plant_mark, const Experiment& experiment, const Places& places) {

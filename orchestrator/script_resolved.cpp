@@ -1,6 +1,7 @@
 #include "orchestrator/script_resolved.hpp"
 
 #include "agent/registry.hpp"
+#include "orchestrator/script_links.hpp"
 #include "orchestrator/script_topology.hpp"
 
 #include <array>
@@ -81,6 +82,7 @@ Node agents_of(const Experiment& experiment) {
   Node out(YAML::NodeType::Map);
   out["count"] = experiment.agents;
   for (const auto& choice : experiment.protocols) {
+    if (!choice.first()) continue;
     Node protocol(YAML::NodeType::Map);
     protocol["name"] = choice.name;
     put_parameters(protocol, choice.parameters, find_protocol(choice.name).parameters);
@@ -156,7 +158,8 @@ Node plant_of(const PlantSpec& plant, Seconds dt) {
     if (!override.parameters.entries().empty()) entry["parameters"] = node_of(override.parameters);
     out["overrides"][std::to_string(agent.value)] = entry;
   }
-  for (const Disturbance& disturbance : plant.disturbances) out["disturbances"].push_back(disturbance_of(disturbance, dt));
+  for (const Disturbance& disturbance : plant.disturbances)
+    if (disturbance.first == 0) out["disturbances"].push_back(disturbance_of(disturbance, dt));
   return out;
 }
 
@@ -178,12 +181,6 @@ Node presence_event(const char* kind, AgentId agent, Round round) {
   return out;
 }
 
-void put_link(Node& out, const LinkSpec& link) {
-  out["loss"] = number_text(link.loss_probability);
-  out["delay_rounds"] = link.delay_rounds;
-  if (link.noise_covariance.size() > 0) out["noise_covariance"] = node_of(link.noise_covariance);
-}
-
 Node links_of(const LinkModel& links) {
   Node out(YAML::NodeType::Map);
   put_link(out, links.standard);
@@ -199,7 +196,31 @@ Node links_of(const LinkModel& links) {
 Node event_of(const LinkEvent& event) {
   Node out(YAML::NodeType::Map);
   out["round"] = event.round;
-  for (const Edge edge : event.edges) out[event.heal ? "heal" : "cut"].push_back(edge_text(edge));
+  Node what = out[event.heal ? "heal" : "cut"];
+  if (event.everything) what = "all";
+  for (const Edge edge : event.edges) what.push_back(edge_text(edge));
+  for (const auto& group : event.groups) {
+    Node members(YAML::NodeType::Sequence);
+    for (const AgentId agent : group) members.push_back(agent.value);
+    what["groups"].push_back(members);
+  }
+  return out;
+}
+
+Node event_of(const LinkModel::Change& change) {
+  Node out(YAML::NodeType::Map), link(YAML::NodeType::Map);
+  if (change.edge) link["edge"] = edge_text(*change.edge);
+  put_link(link, change.spec);
+  out["round"] = change.since;
+  out["set_link"] = link;
+  return out;
+}
+
+Node degradation_of(const Disturbance& disturbance, Seconds dt) {
+  Node out(YAML::NodeType::Map);
+  out["round"] = disturbance.first;
+  out["degrade"] = disturbance_of(disturbance, dt);
+  out["degrade"].remove("on");
   return out;
 }
 
@@ -226,6 +247,8 @@ void style(Node node) {
 
 }  // namespace
 
+YAML::Node matrix_node(const Matrix& value) { return node_of(value); }
+
 std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   Node out(YAML::NodeType::Map);
   out["experiment"] = experiment.name;
@@ -237,8 +260,13 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   out["agents"] = agents_of(experiment);
   out["topology"] = topology;
   out["links"] = links_of(experiment.links);
+  if (!experiment.sweep_text.empty()) out["sweep"] = YAML::Load(experiment.sweep_text);
   if (experiment.plant) out["plant"] = plant_of(*experiment.plant, experiment.dt);
   for (const auto& event : experiment.link_events) out["events"].push_back(event_of(event));
+  for (const LinkModel::Change& change : experiment.links.changes) out["events"].push_back(event_of(change));
+  if (experiment.plant)
+    for (const Disturbance& disturbance : experiment.plant->disturbances)
+      if (disturbance.first > 0) out["events"].push_back(degradation_of(disturbance, experiment.dt));
   for (const ProcessEvent& event : process_events(experiment)) out["events"].push_back(presence_event(event.kind, event.agent, event.round));
   out["transport"] = transport_of(experiment.transport);
   out["placement"]["agents_per_process"] = experiment.agents_per_process;

@@ -9,6 +9,9 @@
 
 namespace consort::script {
 
+/// A number, a list or a list of rows.
+YAML::Node matrix_node(const Matrix& value);
+
 /// `topology` is the canonical topology node that read_topology() made.
 std::string resolved(const Experiment& experiment, const YAML::Node& topology);
 

@@ -304,11 +304,10 @@ wire::Member Session::member_of(AgentId agent, Round now) const {
   if (const auto& physics = maker_->physics()) {
     member.model = physics->knowledge(agent);
     member.measurements = static_cast<std::uint32_t>(physics->measurement_size(agent));
+    member.distances = static_cast<std::uint32_t>(physics->distance_count(agent));
   }
   if (!told_.empty()) member.told = told_[index_of(agent)];
-  for (const auto& [edge, link] : experiment_.links.overrides) {
-    if (edge.to == agent) member.links.overrides.emplace(edge, link);
-  }
+  member.link_changes = experiment_.links_of(experiment_.protocols[job.protocol]).changes_into(agent);
   return member;
 }
 
@@ -325,7 +324,10 @@ std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) c
   common.report_interval = experiment_.report_interval();
   common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
   common.parameters = protocol.parameters;
-  common.standard_link = experiment_.links.standard;
+  const LinkModel& links = experiment_.links_of(protocol);
+  common.standard_link = links.standard;
+  for (const LinkModel::Change& change : links.changes)
+    if (!change.edge) common.link_changes.push_back(change);
   if (maker_->physics()) common.largest_state = static_cast<std::uint32_t>(maker_->physics()->state_layout().size());
   for (std::size_t i = 0; i < told_.size(); ++i)
     common.relays = common.relays || told_[i].size() > placement_.support.in_degree(agent_at(i));

@@ -51,7 +51,7 @@ class Watch {
     throw TimeoutError(
         fmt::format("the deadline of {:g} s passed in round {} of {} ({}, seed {}); a longer one is written `stop: {{deadline: ...}}` in "
                     "the experiment",
-                    deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).name,
+                    deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).title(),
                     outcome.job.seed.value));
   }
 

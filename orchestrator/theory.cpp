@@ -71,6 +71,7 @@ class Examination {
     scope();
     connectivity();
     for (const auto& choice : experiment_.protocols) {
+      if (!choice.first()) continue;
       if (choice.name == "local_voting") local_voting();
       if (choice.name == "kalman_consensus") kalman(choice);
       for (Finding& finding : examine_control(experiment_, survey_, choice)) out_.push_back(std::move(finding));
@@ -269,21 +270,26 @@ class Examination {
 
   void links() {
     const auto any = [this](auto property) {
-      const auto& links = experiment_.links;
-      return property(links.standard) ||
-             std::any_of(links.overrides.begin(), links.overrides.end(), [&](const auto& entry) { return property(entry.second); });
+      bool found = false;
+      for (const ProtocolChoice& choice : experiment_.protocols)
+        experiment_.links_of(choice).for_each([&](const LinkSpec& spec) { found = found || property(spec); });
+      return found;
     };
-    if (any([](const LinkSpec& link) { return link.loss_probability > 0.0; })) {
+    if (any([](const LinkSpec& link) { return link.loses(); })) {
       add(Verdict::note, "links lose messages", "a lost message is a missing edge in its round; the graphs above are the scheduled ones",
           "the value agreed on depends on what was lost; unbiased_kalman_consensus loses what the message carried, so it is biased (it "
-          "divides by listeners, not by deliveries)");
+          "divides by listeners, not by deliveries); robust_information_consensus recovers it with the next message");
     }
     if (any([](const LinkSpec& link) { return link.noise_covariance.size() > 0 && !link.noise_covariance.isZero(0.0); })) {
       add(Verdict::note, "links add noise", "noise covariance above 0",
           "agreement is never exact and the common value wanders; the theorems above ask for zero noise");
     }
-    if (any([](const LinkSpec& link) { return link.delay_rounds > 0; })) {
-      add(Verdict::note, "links delay messages", "delay of at least one round",
+    if (any([](const LinkSpec& link) { return link.quantiser.has_value(); })) {
+      add(Verdict::note, "links quantise", "numbers of a message are rounded to so many bits",
+          "agreement is no closer than the rounding lets it be");
+    }
+    if (any([](const LinkSpec& link) { return link.delays() || link.duplication > 0.0; })) {
+      add(Verdict::note, "links delay messages", "delay, reordering or copies",
           "the theorems above are about messages of the same round and do not cover this");
     }
     if (experiment_.links.overrides.empty()) return;

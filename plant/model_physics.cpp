@@ -60,7 +60,10 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
               given.relative,
               given.absolute,
               given.presence,
-              {}};
+              {},
+              given.distances};
+    if (std::any_of(task.parts.begin(), task.parts.end(), [](const PlantPart& any) { return !any.distances.empty(); }))
+      find_position(i, part);
     if (index == 0 || part.n > parts_[index_of(largest_)].n) largest_ = i;
     if (index == 0 || !model_->shared()) {
       const Vector x = model_->initial_state(i);
@@ -92,6 +95,35 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
   note_presence();
 }
 
+void Physics::find_position(AgentId i, Part& part) const {
+  std::size_t at = 0;
+  for (const Field& field : model_->state_layout(i).fields) {
+    if (field.name == "position") {
+      part.position = at;
+      part.position_size = field.size();
+    }
+    at += field.size();
+  }
+  const bool alike = parts_.empty() || parts_.front().position_size == part.position_size;
+  if (part.position_size == 0 || !alike || model_->shared())
+    throw ConfigError("links.loss.distance: found the plant model " + name_ + ", in which agent " + std::to_string(i.value) + " has " +
+                      (alike ? "no position" : "a position of another dimension") +
+                      "; allowed: a plant whose agents' states have a part named position");
+}
+
+void Physics::distances(AgentId i, std::span<double> out) const {
+  const Part& own = part(i);
+  for (std::size_t d = 0; d < own.distances.size(); ++d) {
+    const Part& other = part(own.distances[d]);
+    double squares = 0.0;
+    for (std::size_t c = 0; c < own.position_size; ++c) {
+      const double apart = state_[own.x + own.position + c] - state_[other.x + other.position + c];
+      squares += apart * apart;
+    }
+    out[d] = std::sqrt(squares);
+  }
+}
+
 void Physics::depart(AgentId i) {
   Attendance& presence = parts_.at(index_of(i)).presence;
   presence.cut(k_);
@@ -118,7 +150,7 @@ Values Physics::knowledge(AgentId i) const {
 
 Physics::Source Physics::source_of(AgentId i, const Signal& signal, std::size_t size) const {
   const std::string what = place(i, signal.number);
-  Source source{signal.on, signal.kind, signal.number, signal.hold_rounds, signal.frequency, {}, {}, {}};
+  Source source{signal.on, signal.kind, signal.number, signal.hold_rounds, signal.first, signal.frequency, {}, {}, {}};
   const auto n = static_cast<Eigen::Index>(size);
   switch (signal.kind) {
     case Signal::Kind::gaussian:
@@ -174,7 +206,7 @@ void Physics::add(AgentId i, const Source& source, std::span<double> to) const {
 
 void Physics::add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const {
   for (const Source& source : part(i).sources)
-    if (source.on == on && source.increment == increments) add(i, source, to);
+    if (source.on == on && source.increment == increments && k_ >= source.first) add(i, source, to);
 }
 
 /// y_i = (x_j - x_i, ...; -x_i) in the outputs of the model.

@@ -17,6 +17,10 @@ class Physics {
   [[nodiscard]] std::size_t agents() const { return parts_.size(); }
   [[nodiscard]] std::size_t control_size(AgentId i) const { return part(i).m; }
   [[nodiscard]] std::size_t measurement_size(AgentId i) const { return part(i).p; }
+  /// How many agents' distances agent i is told.
+  [[nodiscard]] std::size_t distance_count(AgentId i) const { return part(i).distances.size(); }
+  /// How far those are away from it in the round that the state is in: Euclidean, between the parts of the states named position.
+  void distances(AgentId i, std::span<double> out) const;
   /// Names of the numbers of one agent's state, as reports carry it: those of the largest part.
   [[nodiscard]] const Layout& state_layout() const { return model_->state_layout(largest_); }
   [[nodiscard]] const Layout& state_layout(AgentId i) const { return model_->state_layout(i); }
@@ -49,7 +53,7 @@ class Physics {
     Disturbance::On on;
     Signal::Kind kind;
     std::uint32_t number;
-    Round hold_rounds;
+    Round hold_rounds, first;
     double frequency;
     Vector amplitude, phase;  // one per component
     Gaussian noise;
@@ -61,6 +65,8 @@ class Physics {
     bool relative, absolute;
     Attendance presence;
     std::vector<Source> sources;
+    std::vector<AgentId> distances;
+    std::size_t position = 0, position_size = 0;  // within its state
   };
 
   [[nodiscard]] const Part& part(AgentId i) const { return parts_.at(index_of(i)); }
@@ -68,6 +74,7 @@ class Physics {
   void add(AgentId i, const Source& source, std::span<double> to) const;
   void add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const;
   void note_presence();
+  void find_position(AgentId i, Part& part) const;
   void measure_relative(AgentId i, std::span<double> y) const;
 
   std::string name_;

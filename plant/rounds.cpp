@@ -85,9 +85,11 @@ void PlantRounds::measure() {
     values_.clear();
     for (const AgentId i : process.agents) {
       if (!physics_.present(i, k)) continue;
-      const std::size_t size = physics_.measurement_size(i);
-      values_.resize(values_.size() + size);
-      physics_.measure(i, std::span(values_).last(size));
+      const std::size_t size = physics_.measurement_size(i), distances = physics_.distance_count(i);
+      values_.resize(values_.size() + size + distances);
+      const std::span<double> told = std::span(values_).last(size + distances);
+      physics_.measure(i, told.first(size));
+      physics_.distances(i, told.last(distances));
     }
     send_(name, k, values_);
   }

@@ -51,6 +51,7 @@ class World {
   std::optional<Physics> physics_;
   bool steers_ = false;
   Truth truth_;
+  std::vector<double> distances_;                  // of one agent
   std::vector<std::vector<double>> measurements_;  // by agent; empty without a plant
   std::vector<double> states_;                     // n x state dimension
   std::vector<HistoryHash> state_histories_;
@@ -93,7 +94,7 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
                         ": its state has another dimension than that of agent 1; allowed: one dimension for all");
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links, seed, kNobodyRunsAhead, experiment.presence_of(self).from);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead, experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
@@ -170,6 +171,11 @@ void World::advance(Round k) {
   for (std::size_t i = 0; i < n; ++i) {
     if (!present(i, k)) continue;
     const Sense sense = sense_of(i, k);
+    if (physics_ && physics_->distance_count(agent_at(i)) > 0) {
+      distances_.resize(physics_->distance_count(agent_at(i)));
+      physics_->distances(agent_at(i), distances_);
+      mailboxes_[i].note_distances(distances_);
+    }
     protocols_[i]->absorb(sense, mailboxes_[i].take_from(k, sense.in_neighbours, payload_of));
     note_estimate(i);
   }
@@ -194,16 +200,13 @@ void World::come_back(std::size_t i, Round k) {
   if (before_.empty()) before_.resize(protocols_.size());
   before_[i] = counters_of(i);
   for (const AgentId from : mailboxes_[i].senders()) {
-    LinkCounters& total = links_before_[{from, self}];
-    const LinkCounters counters = mailboxes_[i].counters(from);
-    total.delivered += counters.delivered;
-    total.lost += counters.lost;
+    links_before_[{from, self}] += mailboxes_[i].counters(from);
   }
   counters_[i] = {};
   histories_[i] = {};
   protocols_[i] = maker_.make(self);
   const std::span<const AgentId> senders = mailboxes_[i].senders();
-  mailboxes_[i] = Mailbox(self, {senders.begin(), senders.end()}, protocols_[i]->message_layout(), experiment_.links, seed_,
+  mailboxes_[i] = Mailbox(self, {senders.begin(), senders.end()}, protocols_[i]->message_layout(), experiment_.links_of(choice_), seed_,
                           kNobodyRunsAhead, k);
   if (!told_.empty()) {
     for (auto& told : told_)
@@ -252,11 +255,10 @@ std::vector<LinkTotals> World::links() const {
   for (std::size_t i = 0; i < mailboxes_.size(); ++i) {
     for (const AgentId from : mailboxes_[i].senders()) {
       LinkCounters counters = mailboxes_[i].counters(from);
-      if (const auto earlier = links_before_.find({from, agent_at(i)}); earlier != links_before_.end()) {
-        counters.delivered += earlier->second.delivered;
-        counters.lost += earlier->second.lost;
-      }
-      if (counters.delivered + counters.lost > 0) links.push_back({{from, agent_at(i)}, counters.delivered, counters.lost});
+      if (const auto earlier = links_before_.find({from, agent_at(i)}); earlier != links_before_.end()) counters += earlier->second;
+      if (counters != LinkCounters{})
+        links.push_back(
+            {{from, agent_at(i)}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
     }
   }
   std::sort(links.begin(), links.end());

@@ -62,9 +62,7 @@ class Shuffled {
         member.agent = agent_at(i);
         member.initial = experiment.initial_of(member.agent, experiment.seed);
         for (const Neighbour& neighbour : support.in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
-        for (const auto& [edge, link] : experiment.links.overrides) {
-          if (edge.to == member.agent) member.links.overrides.emplace(edge, link);
-        }
+        member.link_changes = experiment.links.changes_into(member.agent);
         members.push_back(std::move(member));
       }
       processes_.push_back(

@@ -14,7 +14,7 @@ using cases::edge;
 
 Vector noise_of(const Link& link, Round sent, Eigen::Index size) {
   Vector field = Vector::Zero(size);
-  link.add_noise(sent, std::span(field.data(), static_cast<std::size_t>(size)));
+  link.disturb(sent, std::span(field.data(), static_cast<std::size_t>(size)));
   return field;
 }
 
@@ -46,7 +46,7 @@ TEST(Link, IsIdealByDefaultAndWithoutEffectiveNoise) {
   EXPECT_TRUE(link.ideal());
   EXPECT_FALSE(link.lost(0));
   EXPECT_EQ(link.delay(0), 0U);
-  EXPECT_FALSE(link.noisy());
+  EXPECT_FALSE(link.disturbs());
   EXPECT_EQ(noise_of(link, 0, 3), Vector(Vector::Zero(3)));
   EXPECT_TRUE(Link(edge(1, 2), {.noise_covariance = Matrix::Zero(1, 1)}, 3, Seed{1}).ideal());
   EXPECT_TRUE(Link(edge(1, 2), {.noise_covariance = Matrix::Ones(1, 1)}, 0, Seed{1}).ideal());
@@ -63,7 +63,7 @@ TEST(Link, RefusesWhatMakesNoSense) {
   EXPECT_THROW(Link(edge(1, 2), {.noise_covariance = -Matrix::Identity(2, 2)}, 2, Seed{1}), ConfigError);
   EXPECT_THROW(Link(edge(1, 2), {.noise_covariance = (Matrix(2, 2) << 1, 2, 2, 1).finished()}, 2, Seed{1}), ConfigError);
   Vector field = Vector::Zero(2);
-  EXPECT_THROW(Link(edge(1, 2), {.noise_covariance = Matrix::Ones(1, 1)}, 3, Seed{1}).add_noise(0, std::span(field.data(), 2)),
+  EXPECT_THROW(Link(edge(1, 2), {.noise_covariance = Matrix::Ones(1, 1)}, 3, Seed{1}).disturb(0, std::span(field.data(), 2)),
                ContractViolation);
 }
 

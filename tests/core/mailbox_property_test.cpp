@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 
@@ -50,26 +51,41 @@ class PlainMailbox {
   template <class PayloadOf>
   std::vector<Kept> take(Round k, std::span<const Neighbour> in_neighbours, const PayloadOf& payload_of) {
     for (const auto& [from, weight] : in_neighbours) {
-      const Link link({from, self_}, links_.of({from, self_}), static_cast<Eigen::Index>(layout_.noise_size), seed_);
+      const Link link({from, self_}, links_.of({from, self_}, k), static_cast<Eigen::Index>(layout_.noise_size), seed_);
+      LinkCounters& counter = counters[from];
       if (link.lost(k)) {
-        ++counters[from].lost;
+        ++counter.lost;
         continue;
       }
       std::vector<double> payload = payload_of(from, k);
-      link.add_noise(k, std::span(payload).subspan(layout_.noise_offset, layout_.noise_size));
+      link.disturb(k, std::span(payload).subspan(layout_.noise_offset, layout_.noise_size));
       under_way_.push_back({k + link.delay(k), {from, k, weight, payload}});
+      if (const auto again = link.copy_delay(k)) {
+        ++counter.duplicated;
+        under_way_.push_back({k + *again, {from, k, weight, payload}});
+      }
     }
-    std::map<AgentId, Kept> newest;
+    std::map<AgentId, Kept> due_now;
     for (const auto& [due, message] : under_way_) {
-      if (due <= k) newest[message.from] = message;  // the list is ascending in `sent`
+      if (due > k) continue;
+      LinkCounters& counter = counters[message.from];
+      if (newest_.contains(message.from) && message.sent < newest_[message.from]) ++counter.reordered;
+      if (due_now.contains(message.from)) ++counter.superseded;
+      due_now[message.from] = message;  // the list is ascending in `sent`
     }
     std::erase_if(under_way_, [k](const auto& entry) { return entry.first <= k; });
     std::vector<Kept> inbox;
-    for (const auto& [from, message] : newest) {
+    for (const auto& [from, message] : due_now) {
       ++counters[from].delivered;
+      newest_[from] = std::max(newest_[from], message.sent);
       inbox.push_back(message);
     }
     return inbox;
+  }
+
+  [[nodiscard]] std::uint64_t under_way(AgentId from) const {
+    return static_cast<std::uint64_t>(
+        std::count_if(under_way_.begin(), under_way_.end(), [from](const auto& entry) { return entry.second.from == from; }));
   }
 
   std::map<AgentId, LinkCounters> counters;
@@ -80,6 +96,7 @@ class PlainMailbox {
   LinkModel links_;
   Seed seed_;
   std::vector<std::pair<Round, Kept>> under_way_;
+  std::map<AgentId, Round> newest_;  // that has arrived in a round before
 };
 
 /// An agent in a random switching topology with random links.
@@ -96,6 +113,9 @@ struct Case {
     for (const AgentId from : senders) {
       if (stream.uniform() < 0.3) links.overrides[{from, self}] = random_link();
     }
+    if (stream.uniform() < 0.3) links.changes.push_back({static_cast<Round>(stream.below(kRounds)), std::nullopt, random_link()});
+    if (stream.uniform() < 0.3) links.changes.push_back({kRounds / 2, Edge{senders.front(), self}, random_link()});
+    std::sort(links.changes.begin(), links.changes.end(), [](const auto& a, const auto& b) { return a.since < b.since; });
     for (Round k = 0; k < kRounds; ++k) graphs.push_back(cases::random_graph(stream, agents, 0.6));
   }
 
@@ -104,6 +124,14 @@ struct Case {
     if (stream.uniform() < 0.5) spec.loss_probability = stream.uniform();
     if (stream.uniform() < 0.5) spec.delay_rounds = static_cast<Round>(stream.below(5));
     if (stream.uniform() < 0.5) spec.noise_covariance = Matrix::Constant(1, 1, stream.uniform());
+    if (stream.uniform() < 0.3) spec.bursts = BurstLoss{stream.uniform(), stream.uniform(), stream.uniform(), stream.uniform()};
+    if (stream.uniform() < 0.5) {
+      const auto kind = static_cast<Jitter::Kind>(1 + stream.below(3));
+      spec.jitter = {kind, 2 * stream.uniform(), static_cast<double>(stream.below(4))};
+    }
+    if (stream.uniform() < 0.3) spec.duplication = stream.uniform();
+    if (stream.uniform() < 0.3) spec.reordering = Reordering{stream.uniform(), static_cast<Round>(1 + stream.below(3))};
+    if (stream.uniform() < 0.3) spec.quantiser = Quantiser{4, -2.0, 2.0};
     return spec;
   }
 
@@ -112,6 +140,14 @@ struct Case {
     std::vector<double> values(layout.size());
     for (double& value : values) value = numbers.normal();
     return values;
+  }
+
+  /// Messages that `from` has sent in all rounds.
+  [[nodiscard]] std::uint64_t emitted(AgentId from) const {
+    std::uint64_t count = 0;
+    for (Round k = 0; k < kRounds; ++k)
+      for (const Neighbour& neighbour : in_neighbours(k)) count += neighbour.id == from;
+    return count;
   }
 
   [[nodiscard]] Mailbox mailbox() const { return Mailbox(self, senders, layout, links, seed, kWindow); }
@@ -171,8 +207,9 @@ TEST(Mailbox, AgreesWithThePlainOneInWhateverOrderMessagesCome) {
     }
     for (const AgentId from : c.senders) {
       for (const Mailbox* box : {&posted, &shuffled, &supplied}) {
-        ASSERT_EQ(box->counters(from).delivered, plain.counters[from].delivered);
-        ASSERT_EQ(box->counters(from).lost, plain.counters[from].lost);
+        const LinkCounters found = box->counters(from);
+        ASSERT_EQ(found, plain.counters[from]);
+        ASSERT_EQ(c.emitted(from) + found.duplicated, found.delivered + found.lost + found.superseded + plain.under_way(from));
       }
     }
   }
@@ -206,7 +243,8 @@ TEST(Mailbox, AllocatesNothingInSteadyState) {
   for (const Neighbour& neighbour : neighbours) senders.push_back(neighbour.id);
   const std::vector<double> numbers(4, 1.0);
   for (const LinkSpec& spec :
-       {LinkSpec{}, LinkSpec{0.3, 0, Matrix()}, LinkSpec{0.0, 0, Matrix::Identity(4, 4)}, LinkSpec{0.3, 3, Matrix::Ones(4, 4)}}) {
+       {LinkSpec{}, LinkSpec{0.3, 0, Matrix()}, LinkSpec{0.0, 0, Matrix::Identity(4, 4)}, LinkSpec{0.3, 3, Matrix::Ones(4, 4)},
+        LinkSpec{.delay_rounds = 2, .bursts = BurstLoss{0.1, 0.5}, .duplication = 1.0, .quantiser = Quantiser{}}}) {
     Mailbox posted(AgentId{1}, senders, layout, {spec, {}}, Seed{1}, 8), supplied = posted;
     std::uint64_t before = 0;
     for (Round k = 0; k < 400; ++k) {

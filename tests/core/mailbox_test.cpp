@@ -190,7 +190,7 @@ TEST(NoisyMailbox, DisturbsOnlyTheNoisyPartOfTheMessage) {
   box.post(AgentId{1}, 0, payload);
   const Inbox inbox = box.take(0, from({1}));
   double noise = 0.0;
-  Link(edge(1, 3), {.noise_covariance = Matrix::Ones(1, 1)}, 1, Seed{1}).add_noise(0, std::span(&noise, 1));
+  Link(edge(1, 3), {.noise_covariance = Matrix::Ones(1, 1)}, 1, Seed{1}).disturb(0, std::span(&noise, 1));
   EXPECT_EQ(inbox[0].payload[0], 1.0);
   EXPECT_EQ(inbox[0].payload[1], 2.0 + noise);
   EXPECT_EQ(inbox[0].payload[2], 3.0);
@@ -241,8 +241,9 @@ TEST(DelayingMailbox, MixesWithPromptLinksInOrder) {
 }
 
 TEST(DelayingMailbox, SurvivesADelayBeyondTheLastRound) {
-  Mailbox box = mailbox(all_links({.delay_rounds = std::numeric_limits<Round>::max()}));
-  for (Round k = 0; k < 5; ++k) {
+  constexpr Round kFirst = std::numeric_limits<Round>::max() - 10;
+  Mailbox box(kSelf, kSenders, kTwoNumbers, all_links({.delay_rounds = kLongestDelay}), Seed{1}, 4, kFirst);
+  for (Round k = kFirst; k < kFirst + 5; ++k) {
     post(box, 1, k);
     ASSERT_TRUE(box.take(k, from({1})).empty());
   }

@@ -11,6 +11,21 @@
 namespace consort::wire {
 namespace {
 
+/// A link with all that a link can do.
+LinkSpec everything() {
+  LinkSpec spec;
+  spec.loss_probability = 0.25;
+  spec.delay_rounds = 2;
+  spec.noise_covariance = Matrix::Identity(2, 2);
+  spec.bursts = BurstLoss{0.125, 0.5, 0.0625, 0.75};
+  spec.jitter = {Jitter::Kind::normal, 1.5, 0.5};
+  spec.duplication = 0.375;
+  spec.reordering = Reordering{0.875, 3};
+  spec.quantiser = Quantiser{12, -4.0, 8.0};
+  spec.distance = DistanceLoss{1.0, 5.0};
+  return spec;
+}
+
 Assignment some_assignment() {
   Assignment in;
   in.part = 1;
@@ -40,7 +55,8 @@ Assignment some_assignment() {
   member.told = {{AgentId{1}, 5}, {AgentId{12}, 9}};
   LinkSpec late;
   late.delay_rounds = 9;
-  member.links.overrides[{AgentId{1}, AgentId{3}}] = late;
+  member.link_changes = {{0, Edge{AgentId{1}, AgentId{3}}, late}, {40, Edge{AgentId{1}, AgentId{3}}, everything()}};
+  in.link_changes.push_back({20, std::nullopt, everything()});
   in.plant = in.steers = in.relays = true;
   in.largest_state = 4;
   in.joining = {{AgentId{3}, 5}};
@@ -85,7 +101,15 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_TRUE(out.relays);
   EXPECT_TRUE(out.plant && out.steers);
   EXPECT_EQ(out.joining, in.joining);
-  EXPECT_EQ(out.members[0].links.overrides.at({AgentId{1}, AgentId{3}}).delay_rounds, 9u);
+  const Edge edge{AgentId{1}, AgentId{3}};
+  LinkModel links;
+  links.changes = out.members[0].link_changes;
+  EXPECT_EQ(links.of(edge, 39).delay_rounds, 9u);
+  EXPECT_EQ(links.of(edge, 40), everything());
+  ASSERT_EQ(out.link_changes.size(), 1u);
+  EXPECT_EQ(out.link_changes[0].since, 20u);
+  EXPECT_FALSE(out.link_changes[0].edge);
+  EXPECT_EQ(out.link_changes[0].spec, everything());
   EXPECT_TRUE(out.members[1].hears_everyone);
 }
 
@@ -260,6 +284,21 @@ TEST(Codec, RefusesAssignmentsThatBreakABound) {
   expect_assignment_refused("report interval zero", [](auto& s) { s.report_interval = 0; });
   expect_assignment_refused("probability above one", [](auto& s) { s.standard_link.loss_probability = 1.5; });
   expect_assignment_refused("probability not a number", [&](auto& s) { s.standard_link.loss_probability = nan; });
+  expect_assignment_refused("jitter of no kind", [](auto& s) { s.standard_link.jitter = 4; });
+  expect_assignment_refused("delay too long", [](auto& s) { s.standard_link.delay_rounds = 70'000; });
+  expect_assignment_refused("bursts that never change", [](auto& s) {
+    s.standard_link.bursts = true;
+    s.standard_link.good_to_bad = s.standard_link.bad_to_good = 0.0;
+  });
+  expect_assignment_refused("mean delay not a number", [&](auto& s) { s.standard_link.jitter_mean = nan; });
+  expect_assignment_refused("copies more often than always", [](auto& s) { s.standard_link.duplication = 2.0; });
+  expect_assignment_refused("reordering by too much", [](auto& s) { s.standard_link.later_rounds = 70'000; });
+  expect_assignment_refused("too many bits", [](auto& s) { s.standard_link.quantiser_bits = 64; });
+  expect_assignment_refused("distances upside down", [](auto& s) {
+    s.standard_link.distance_safe = 2.0;
+    s.standard_link.distance_lost = 1.0;
+  });
+  expect_assignment_refused("changes out of order", [](auto& s) { s.members._buffer[0].links._buffer[0].since = 41; });
   expect_assignment_refused("noise of the wrong shape", [](auto& s) { s.standard_link.noise_rows = 3; });
   expect_assignment_refused("values and shape differ", [](auto& s) { s.members._buffer[0].initial._buffer[0].rows = 5; });
   expect_assignment_refused("an id of zero", [](auto& s) { s.members._buffer[0].agent = 0; });
