@@ -122,7 +122,7 @@ void PlantNode::serve(Lock& lock) {
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
-    if ((orphaned_ || orchestrator_lost_) && rounds_) write_down(rounds_->take_reports());
+    if ((orphaned_ || orchestrator_lost_) && rounds_) write_down(rounds_->take_all());
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);

@@ -133,13 +133,23 @@ void PlantRounds::note_states() {
     const std::span<const double> state = physics_.state(agent_at(index));
     if (attendance.holds(k)) hashes_[index].extend(state);
     if (!(attendance.holds(k) && reported) && !ends(attendance, k)) continue;
-    wire::MemberReport& report = reports_[index];
-    report.rounds.push_back(k);
-    report.estimates.resize(report.estimates.size() + state_layout().size());
-    physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
-    report.hashes.push_back(hashes_[index].value());
-    report.counters.push_back({});
+    add_report(index);
   }
+}
+
+void PlantRounds::add_report(std::size_t index) {
+  wire::MemberReport& report = reports_[index];
+  report.rounds.push_back(physics_.round());
+  report.estimates.resize(report.estimates.size() + state_layout().size());
+  physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
+  report.hashes.push_back(hashes_[index].value());
+  report.counters.push_back({});
+}
+
+std::vector<wire::MemberReport> PlantRounds::take_all() {
+  for (std::size_t index = 0; index < reports_.size(); ++index)
+    if (reports_[index].rounds.empty() || reports_[index].rounds.back() != physics_.round()) add_report(index);
+  return take_reports();
 }
 
 std::vector<wire::MemberReport> PlantRounds::take_reports() {

@@ -36,6 +36,8 @@ class PlantRounds {
   /// The grant's report point has been reached since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
   std::vector<wire::MemberReport> take_reports();
+  /// What has not been reported yet, and how each part stands.
+  std::vector<wire::MemberReport> take_all();
   [[nodiscard]] Round round() const { return physics_.round(); }
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
   /// Lowest ids of the processes, ascending, with the round in which each begins to take part.
@@ -58,6 +60,7 @@ class PlantRounds {
   [[nodiscard]] bool takes_part(const Process& process) const;
   void measure();
   void note_states();
+  void add_report(std::size_t index);
 
   Physics physics_;
   Send send_;

@@ -36,6 +36,7 @@ class World {
   }
 
   const Experiment& experiment_;
+  const ProtocolChoice& choice_;
   AgentMaker maker_;
   Seed seed_;
   Seconds dt_;
@@ -68,6 +69,7 @@ class World {
 
 World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed)
     : experiment_(experiment),
+      choice_(choice),
       maker_(experiment, choice, seed),
       seed_(seed),
       dt_(experiment.dt),

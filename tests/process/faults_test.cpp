@@ -36,8 +36,8 @@ stop: {deadline: 120 s}
 )";
 
 struct Command {
-  explicit Command(const std::string& text, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", "lockstep", "--output", output()};
+  explicit Command(const std::string& text, std::vector<std::string> more = {}, const std::string& mode = "lockstep") {
+    std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", mode, "--output", output()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     program = std::make_unique<Program>(folder, "consort", arguments);
   }
@@ -127,6 +127,30 @@ TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
     EXPECT_EQ(run.program->wait(60), 143) << run.program->err();
     expect_none_left(children, 5);
   }
+}
+
+TEST(Faults, WithoutTheOrchestratorEverybodyWritesWhatItHoldsAndEnds) {
+  for (const char* mode : {"lockstep", "realtime"}) {
+    SCOPED_TRACE(mode);
+    Command run(std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n", {}, mode);
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    const auto children = run.program->children();
+    ASSERT_EQ(children.size(), 7u);
+    kill(children[2], SIGSTOP);  // who is stopped must not be left either
+    run.program->signal(SIGKILL);
+    expect_none_left(children, 30);
+    std::size_t told = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(run.output() + "/logs"))
+      told += text_of(entry.path()).find("held: agent") != std::string::npos ? 1 : 0;
+    EXPECT_EQ(told, 7u) << "the log of each process says what it held";
+  }
+}
+
+TEST(Faults, TwoRunsOfOneExperimentDoNotDisturbEachOther) {
+  Command first(kShort), second(kShort);
+  EXPECT_EQ(first.program->wait(120), 0) << first.program->err();
+  EXPECT_EQ(second.program->wait(120), 0) << second.program->err();
+  EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
 }
 
 TEST(Faults, WhoIsScheduledToLeaveEndsItsProcessAndTheRestFinish) {
