@@ -127,7 +127,7 @@ class JobRun {
     if (telemetry.epoch != epoch_) return;
     if (telemetry.last) {
       last_words_.insert(telemetry.process);
-      for (const wire::LinkReport& link : telemetry.links) 
+      for (const wire::LinkReport& link : telemetry.links)
         trace_.links.push_back({link.edge, link.delivered, link.lost, link.duplicated, link.reordered, link.superseded});
     }
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);

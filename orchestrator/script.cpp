@@ -164,10 +164,11 @@ class TopLevel {
       if (!section.is_map()) continue;
       const auto round = read_event_round(section, node[i], what);
       std::vector<std::string> found;
-      for (const char* key : kEvents)
-        if (present(section.find(key))) found.emplace_back(key);
+      for (const std::string& key : kEvents)
+        if (present(section.find(key))) found.push_back(key);
       if (found.size() != 1) {
-        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, found.empty() ? "none" : listed(found), listed(kEvents)));
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, found.empty() ? "none" : listed(found),
+                                           listed(kEvents)));
         continue;
       }
       const YAML::Node value = section.find(found[0]);

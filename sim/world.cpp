@@ -80,7 +80,8 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
     constexpr Round kNobodyRunsAhead = 1;
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead, experiment.presence_of(self).from);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead,
+                            experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
