@@ -275,7 +275,8 @@ bool Lockstep::find_measurement(std::size_t index) {
   for (std::size_t before = 0; before < index; ++before)
     if (members_[before].attendance.holds(member.k)) at += members_[before].told_by_plant();
   member.y = std::span<const double>(entry->values).subspan(at, member.measurements);
-  if (member.distances > 0) member.mailbox.note_distances(std::span<const double>(entry->values).subspan(at + member.measurements, member.distances));
+  if (member.distances > 0)
+    member.mailbox.note_distances(std::span<const double>(entry->values).subspan(at + member.measurements, member.distances));
   return true;
 }
 
@@ -356,7 +357,8 @@ std::vector<wire::LinkReport> Lockstep::links() const {
     for (const AgentId from : member.mailbox.senders()) {
       const LinkCounters counters = member.mailbox.counters(from);
       if (counters != LinkCounters{})
-        links.push_back({{from, member.id}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
+        links.push_back(
+            {{from, member.id}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
     }
   }
   return links;

@@ -29,7 +29,9 @@ std::string text(const Parts&... parts) {
   return out.str();
 }
 
-std::string refused(const char* what, double found, const char* allowed = "0 to 1") { return text(what, ' ', found, "; allowed: ", allowed); }
+std::string refused(const char* what, double found, const char* allowed = "0 to 1") {
+  return text(what, ' ', found, "; allowed: ", allowed);
+}
 
 std::optional<std::string> objection(const BurstLoss& bursts) {
   for (const auto& [what, value] : {std::pair{"probability from good to bad", bursts.good_to_bad},

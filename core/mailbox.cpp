@@ -38,8 +38,7 @@ void Mailbox::make_lines(AgentId self, const LinkModel& links, Seed seed) {
   for (const AgentId from : senders_) {
     Line& line = lines_.emplace_back();
     for (const auto& [since, spec] : links.periods({from, self})) {
-      const Link& link =
-          line.links.emplace_back(since, Link({from, self}, spec, static_cast<Eigen::Index>(noise_size_), seed)).second;
+      const Link& link = line.links.emplace_back(since, Link({from, self}, spec, static_cast<Eigen::Index>(noise_size_), seed)).second;
       ideal = ideal && link.ideal();
       delays_ = delays_ || spec.delays() || spec.duplication > 0.0;
       disturbs = disturbs || link.disturbs();

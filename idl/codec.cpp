@@ -475,9 +475,8 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.standard_link = link_rule(0, 0, in.standard_link);
-  out.link_changes = convert_all<decltype(out.link_changes)>(in.link_changes, arena, [](const LinkModel::Change& change) {
-    return link_rule(0, change.since, change.spec);
-  });
+  out.link_changes = convert_all<decltype(out.link_changes)>(
+      in.link_changes, arena, [](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec); });
   out.largest_state = in.largest_state;
   out.relays = in.relays;
   out.steers = in.steers;
@@ -676,8 +675,8 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
   out.links = convert_all<decltype(out.links)>(in.links, arena, [](const LinkReport& link) {
-    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost, link.duplicated,
-                                   link.reordered, link.superseded};
+    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost,
+                                   link.duplicated,      link.reordered,     link.superseded};
   });
   out.network = convert_all<decltype(out.network)>(in.network, arena, [](const NetworkTotals& link) {
     const NetworkCounters& c = link.counters;
@@ -698,8 +697,12 @@ Telemetry decode(const consort_wire_Telemetry& in) {
   out.round = in.round;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
   for (const auto& link : view(in.links)) {
-    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")}, link.delivered, link.lost, link.duplicated,
-                         link.reordered, link.superseded});
+    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")},
+                         link.delivered,
+                         link.lost,
+                         link.duplicated,
+                         link.reordered,
+                         link.superseded});
   }
   for (const auto& link : view(in.network))
     out.network.push_back({{agent_id(link.from, "network.from"), agent_id(link.to, "network.to")},

@@ -24,16 +24,16 @@ struct Member {
   AgentId agent;
   std::uint32_t process = 0;  ///< lowest id among the agents hosted together with it
   Values initial;
-  Values parameters;                   ///< on top of the common ones
-  bool hears_everyone = false;         ///< every other agent may be an in-neighbour
-  std::vector<AgentId> in_neighbours;  ///< else: everyone who may ever be one, ascending
-  std::uint32_t remote_readers = 0;    ///< processes other than its own that read it from its first round on
-  std::vector<Round> late_readers;     ///< when a further process begins to, ascending
+  Values parameters;                            ///< on top of the common ones
+  bool hears_everyone = false;                  ///< every other agent may be an in-neighbour
+  std::vector<AgentId> in_neighbours;           ///< else: everyone who may ever be one, ascending
+  std::uint32_t remote_readers = 0;             ///< processes other than its own that read it from its first round on
+  std::vector<Round> late_readers;              ///< when a further process begins to, ascending
   std::vector<LinkModel::Change> link_changes;  ///< of its in-links, ascending; an exception is a change in round 0
-  Values model;                        ///< what it knows of its own dynamics; empty without a plant
-  std::uint32_t measurements = 0;      ///< length of y_i; 0 without a plant
-  std::uint32_t distances = 0;         ///< numbers that follow it: how far its in-neighbours are away; 0: its links do not ask
-  std::vector<Told> told;              ///< whose announcement reaches it, ascending by agent
+  Values model;                                 ///< what it knows of its own dynamics; empty without a plant
+  std::uint32_t measurements = 0;               ///< length of y_i; 0 without a plant
+  std::uint32_t distances = 0;                  ///< numbers that follow it: how far its in-neighbours are away; 0: its links do not ask
+  std::vector<Told> told;                       ///< whose announcement reaches it, ascending by agent
   Attendance presence;
 };
 

@@ -60,8 +60,8 @@ std::string words_of(const LinkEvent& event, std::size_t shown) {
 }
 
 std::string words_of(const LinkModel::Change& change) {
-  const std::string which =
-      change.edge ? fmt::format("{} -> {}", change.edge->from.value, change.edge->to.value) : std::string("all links without a rule of their own");
+  const std::string which = change.edge ? fmt::format("{} -> {}", change.edge->from.value, change.edge->to.value)
+                                        : std::string("all links without a rule of their own");
   return which + ": " + words_of(change.spec);
 }
 

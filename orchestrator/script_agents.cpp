@@ -212,8 +212,7 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
   };
   attempt(Edge{AgentId{1}, AgentId{2}}, links.standard, "links");
   for (const auto& [edge, spec] : links.overrides) attempt(edge, spec, "links.overrides");
-  for (const LinkModel::Change& change : links.changes)
-    attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
+  for (const LinkModel::Change& change : links.changes) attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
 }
 
 }  // namespace

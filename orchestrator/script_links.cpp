@@ -124,8 +124,7 @@ class LinkReader {
       if (const auto part = section.find("uniform"); present(part)) read_uniform(part, section.path("uniform"), timed, least, jitter);
       if (const auto part = section.find("exponential"); present(part)) {
         const Section keys(mistakes_, part, section.path("exponential"), std::string(pointer) + "/properties/exponential");
-        if (const auto shortest = keys.find("shortest"); present(shortest))
-          least = whole_rounds_in(shortest, keys.path("shortest"), timed);
+        if (const auto shortest = keys.find("shortest"); present(shortest)) least = whole_rounds_in(shortest, keys.path("shortest"), timed);
         jitter.kind = Jitter::Kind::exponential;
         if (const auto mean = keys.required("mean"); present(mean)) jitter.mean = rounds_in(mean, keys.path("mean"), timed);
       }
@@ -193,7 +192,8 @@ class LinkReader {
     const auto low = range.IsSequence() && range.size() == 2 ? plain_number(range[0]) : std::nullopt;
     const auto high = low ? plain_number(range[1]) : std::nullopt;
     if (!high || !(*low < *high)) {
-      mistakes_.add(range, fmt::format("{}: found {}; allowed: [low, high], two numbers, ascending", section.path("range"), describe(range)));
+      mistakes_.add(range,
+                    fmt::format("{}: found {}; allowed: [low, high], two numbers, ascending", section.path("range"), describe(range)));
       return;
     }
     read.low = *low;
@@ -208,7 +208,7 @@ class LinkReader {
   Patch patch_;
 };
 
-void apply(const Patch& patch, LinkSpec& link) {
+void change_by(const Patch& patch, LinkSpec& link) {
   for (const auto& change : patch) change(link);
 }
 
@@ -218,7 +218,7 @@ void read_links(Mistakes& mistakes, const YAML::Node& node, Experiment& experime
   const Section section(mistakes, node, "links", "/definitions/links");
   if (!section.is_map()) return;
   LinkModel& links = experiment.links;
-  apply(LinkReader(mistakes, experiment.dt, section, "links").read(), links.standard);
+  change_by(LinkReader(mistakes, experiment.dt, section, "links").read(), links.standard);
   const auto overrides = section.find("overrides");
   if (!present(overrides)) return;
   if (!overrides.IsSequence()) {
@@ -231,7 +231,7 @@ void read_links(Mistakes& mistakes, const YAML::Node& node, Experiment& experime
     const Section entry(mistakes, overrides[i], what, "/definitions/link_override");
     if (!entry.is_map()) continue;
     LinkSpec link = links.standard;
-    apply(LinkReader(mistakes, experiment.dt, entry, what).read(), link);
+    change_by(LinkReader(mistakes, experiment.dt, entry, what).read(), link);
     const auto one = entry.find("edge"), several = entry.find("edges");
     if (present(one) == present(several)) {
       mistakes.add(overrides[i], fmt::format("{}: found {}; allowed: exactly one of 'edge' and 'edges'", what,
@@ -267,7 +267,7 @@ void LinkChanges::apply(LinkModel& links) const {
   std::map<std::pair<Round, std::optional<Edge>>, LinkSpec> changes;  // of one round and edge, the last counts
   for (const Entry& entry : ascending) {
     const auto put = [&](std::optional<Edge> edge, LinkSpec& link) {
-      script::apply(entry.patch, link);
+      change_by(entry.patch, link);
       changes[{entry.round, edge}] = link;
     };
     if (entry.edges.empty()) {
@@ -384,13 +384,15 @@ LinkEvent read_link_event(Mistakes& mistakes, const YAML::Node& node, const std:
   const auto groups = section.required("groups");
   if (!present(groups)) return event;
   std::set<AgentId> seen;
-  for (const auto& group : groups.IsSequence() ? groups : YAML::Node(YAML::NodeType::Sequence)) {
+  for (std::size_t g = 0; groups.IsSequence() && g < groups.size(); ++g) {
+    const YAML::Node group = groups[g];
     auto& members = event.groups.emplace_back();
-    for (const auto& entry : group.IsSequence() ? group : YAML::Node(YAML::NodeType::Sequence)) {
-      const auto id = whole_number(entry);
-      if (!id || *id < 1 || *id > agents || !seen.insert(AgentId{static_cast<std::uint32_t>(*id)}).second) {
-        mistakes.add(entry, fmt::format("{}: found {}{}; allowed: agents from 1 to {}, each in one group", section.path("groups"), describe(entry),
-                                        id && *id >= 1 && *id <= agents ? " a second time" : "", agents));
+    for (std::size_t m = 0; group.IsSequence() && m < group.size(); ++m) {
+      const auto id = whole_number(group[m]);
+      const bool known = id && *id >= 1 && *id <= agents;
+      if (!known || !seen.insert(AgentId{static_cast<std::uint32_t>(*id)}).second) {
+        mistakes.add(group[m], fmt::format("{}: found {}{}; allowed: agents from 1 to {}, each in one group", section.path("groups"),
+                                           describe(group[m]), known ? " a second time" : "", agents));
         return event;
       }
       members.push_back(AgentId{static_cast<std::uint32_t>(*id)});

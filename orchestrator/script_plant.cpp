@@ -46,7 +46,7 @@ class PlantReader {
     places_.emplace(fmt::format("plant.disturbances[{}]", experiment_.plant->disturbances.size()), node.Mark());
     const Section section(mistakes_, node, what, "/definitions/degradation");
     if (!section.is_map()) return;
-    Disturbance out;
+    Disturbance out{Disturbance::On::measurement, Disturbance::Gaussian{{}, false}, 1, {}};
     out.first = first;
     const auto one = section.find("agent"), several = section.find("agents");
     if (present(one) == present(several))
@@ -146,7 +146,7 @@ class PlantReader {
       places_.emplace(what, node[i].Mark());
       const Section section(mistakes_, node[i], what, "/definitions/disturbance");
       if (!section.is_map()) continue;
-      Disturbance out;
+      Disturbance out{Disturbance::On::measurement, Disturbance::Gaussian{{}, false}, 1, {}};
       static const std::array<std::string, 3> kPlaces{"state", "input", "measurement"};
       if (const auto on = section.required("on"); present(on))
         if (const auto choice = read_choice(mistakes_, on, section.path("on"), kPlaces)) out.on = static_cast<Disturbance::On>(*choice);

@@ -78,6 +78,7 @@ class Examination {
       for (Finding& finding : examine_filters(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       for (Finding& finding : examine_sensor_network(experiment_, survey_, choice)) out_.push_back(std::move(finding));
       if (choice.name == "unbiased_kalman_consensus" || choice.name == "unbiased_information_consensus") unbiased(choice);
+      if (choice.name == "robust_information_consensus") robust();
       if (adapts_gains(choice.name)) examine_adaptive(experiment_, choice, survey_, out_);
       if (observes_everybody(choice.name)) examine_observer(experiment_, choice, survey_, out_);
     }
@@ -138,10 +139,16 @@ class Examination {
           "smallest real part of the Laplacian's eigenvalues other than one zero: the larger, the faster the agreement");
   }
 
+  /// Does some link, at some time, in some case of a sweep, have the property?
+  template <class Property>
+  [[nodiscard]] bool any_link(Property property) const {
+    bool found = false;
+    for (const ProtocolChoice& choice : experiment_.protocols)
+      experiment_.links_of(choice).for_each([&](const LinkSpec& spec) { found = found || property(spec); });
+    return found;
+  }
   [[nodiscard]] bool ideal_links() const {
-    const auto& links = experiment_.links;
-    return links.standard.ideal() &&
-           std::all_of(links.overrides.begin(), links.overrides.end(), [](const auto& entry) { return entry.second.ideal(); });
+    return !any_link([](const LinkSpec& link) { return !link.ideal(); });
   }
   [[nodiscard]] std::string limits_of_prediction() const { return ideal_links() ? "" : " with ideal links"; }
 
@@ -268,13 +275,21 @@ class Examination {
         consequence + " (Alighanbari, How 2006, Theorem 7)");
   }
 
+  void robust() {
+    const bool loses = any_link([](const LinkSpec& link) { return link.loses(); });
+    const bool steady = survey_.constant() && !strong_;
+    const bool holds = steady || (!strong_ && !loses);
+    std::string evidence = "strongly connected: " + evidence_of(strong_);
+    if (!survey_.constant()) evidence += loses ? "; edges come and go, and links lose messages" : "; edges come and go, nothing is lost";
+    add(holds ? Verdict::holds : Verdict::fails, "robust_information_consensus: strongly connected, without switching where links lose",
+        evidence,
+        holds ? "it converges to the centralised estimate " + vector_text(centralised_estimate(experiment_, experiment_.seed)) +
+                    " at every loss below 1 (Hadjicostis, Vaidya, Dominguez-Garcia 2016, Theorem 1)"
+              : "what is lost while an edge is new, or just before it goes, is gone; the centralised estimate is not promised");
+  }
+
   void links() {
-    const auto any = [this](auto property) {
-      bool found = false;
-      for (const ProtocolChoice& choice : experiment_.protocols)
-        experiment_.links_of(choice).for_each([&](const LinkSpec& spec) { found = found || property(spec); });
-      return found;
-    };
+    const auto any = [this](auto property) { return any_link(property); };
     if (any([](const LinkSpec& link) { return link.loses(); })) {
       add(Verdict::note, "links lose messages", "a lost message is a missing edge in its round; the graphs above are the scheduled ones",
           "the value agreed on depends on what was lost; unbiased_kalman_consensus loses what the message carried, so it is biased (it "

@@ -18,8 +18,9 @@
 /// was there before, the first message that arrives counts with what it gave away in its own round alone. Without loss that is exact.
 /// With loss, what a link loses between its appearance and its first message, and between its last message and its disappearance, is
 /// gone: x_i stays a weighted average of the initial values, but is no longer the centralised one. Whoever leaves takes what it holds.
-/// An agent that nobody is connected to keeps its share 1/(1 + mu_i) only, so with no message at all Y leaves the range of double at last
-/// (RunError). Running sums grow with k, and differences of them lose k parts in 1e16.
+/// A missing message costs nothing but time. An agent that hears nobody keeps its share 1/(1 + mu_i) of what it holds from round to round,
+/// so if that lasts for about a thousand rounds Y leaves the range of double (RunError). Running sums grow with k, and differences of them
+/// lose k parts in 1e16. A process that is started again brings its initial information a second time.
 
 #include "agent/protocol_adapter.hpp"
 
@@ -73,7 +74,7 @@ struct RobustInformationConsensus {
     Vec x;
   };
   struct Message {
-    Mat Y;        ///< running sums, this round's share in them
+    Mat Y;  ///< running sums, this round's share in them
     Vec y;
     Mat Y_given;  ///< this round's share
     Vec y_given;

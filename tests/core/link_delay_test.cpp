@@ -86,6 +86,18 @@ TEST(Duplication, CopiesSomeMessagesWithADelayOfTheirOwn) {
   EXPECT_FALSE(late({.delay_rounds = 1}).copy_delay(0).has_value());
 }
 
+TEST(Distance, DecidesHowMuchIsLost) {
+  constexpr int kRounds = 40000;
+  const Link link = late({.distance = DistanceLoss{2.0, 6.0}});
+  for (const auto& [distance, probability] : {std::pair{0.0, 0.0}, {2.0, 0.0}, {3.0, 0.25}, {5.0, 0.75}, {6.0, 1.0}, {100.0, 1.0}}) {
+    int lost = 0;
+    for (Round k = 0; k < kRounds; ++k) lost += link.lost(k, distance);
+    EXPECT_NEAR(lost, kRounds * probability, 5 * std::sqrt(kRounds * probability * (1 - probability)) + 1e-9) << distance;
+  }
+  EXPECT_THROW(late({.distance = DistanceLoss{2.0, 2.0}}), ConfigError);
+  EXPECT_THROW(late({.distance = DistanceLoss{-1.0, 2.0}}), ConfigError);
+}
+
 TEST(Quantiser, IsExactAtItsLevelsAndNeverFurtherThanHalfAStep) {
   for (std::uint64_t seed = 0; seed < cases::kSeeds; ++seed) {
     SCOPED_TRACE(seed);
@@ -125,12 +137,12 @@ TEST(Quantiser, ComesAfterTheNoise) {
 
 TEST(Link, RefusesDelaysCopiesAndLevelsThatMakeNoSense) {
   const double inf = std::numeric_limits<double>::infinity();
-  for (const LinkSpec& wrong : {LinkSpec{.delay_rounds = kLongestDelay + 1}, LinkSpec{.jitter = {Jitter::Kind::uniform, 0.0, 1.5}},
-                                LinkSpec{.jitter = {Jitter::Kind::exponential, -1.0, 0.0}},
-                                LinkSpec{.jitter = {Jitter::Kind::normal, 1.0, std::nan("")}}, LinkSpec{.duplication = 1.1},
-                                LinkSpec{.reordering = Reordering{0.5, 0}}, LinkSpec{.reordering = Reordering{-0.5, 1}},
-                                LinkSpec{.quantiser = Quantiser{0, 0.0, 1.0}}, LinkSpec{.quantiser = Quantiser{33, 0.0, 1.0}},
-                                LinkSpec{.quantiser = Quantiser{8, 1.0, 1.0}}, LinkSpec{.quantiser = Quantiser{8, 0.0, inf}}})
+  for (const LinkSpec& wrong :
+       {LinkSpec{.delay_rounds = kLongestDelay + 1}, LinkSpec{.jitter = {Jitter::Kind::uniform, 0.0, 1.5}},
+        LinkSpec{.jitter = {Jitter::Kind::exponential, -1.0, 0.0}}, LinkSpec{.jitter = {Jitter::Kind::normal, 1.0, std::nan("")}},
+        LinkSpec{.duplication = 1.1}, LinkSpec{.reordering = Reordering{0.5, 0}}, LinkSpec{.reordering = Reordering{-0.5, 1}},
+        LinkSpec{.quantiser = Quantiser{0, 0.0, 1.0}}, LinkSpec{.quantiser = Quantiser{33, 0.0, 1.0}},
+        LinkSpec{.quantiser = Quantiser{8, 1.0, 1.0}}, LinkSpec{.quantiser = Quantiser{8, 0.0, inf}}})
     EXPECT_THROW(late(wrong), ConfigError);
 }
 

@@ -51,6 +51,7 @@ Assignment some_assignment() {
   member.late_readers = {5, 9};
   member.model.set("A", Matrix::Identity(2, 2));
   member.measurements = 2;
+  member.distances = 3;
   member.presence = {5, 80};
   member.told = {{AgentId{1}, 5}, {AgentId{12}, 9}};
   LinkSpec late;
@@ -95,6 +96,7 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(out.members[0].late_readers, in.members[0].late_readers);
   EXPECT_EQ(*out.members[0].model.find("A"), Matrix(Matrix::Identity(2, 2)));
   EXPECT_EQ(out.members[0].measurements, 2u);
+  EXPECT_EQ(out.members[0].distances, 3u);
   EXPECT_EQ(out.members[0].presence, (Attendance{5, 80}));
   EXPECT_EQ(out.members[0].told, in.members[0].told);
   EXPECT_EQ(out.largest_state, 4u);
@@ -135,10 +137,12 @@ PlantAssignment some_plant_assignment() {
   signal.kind = Signal::Kind::sinusoid;
   signal.number = 1;
   signal.hold_rounds = 5;
+  signal.first = 11;
   signal.amplitude = Matrix::Constant(1, 1, 0.1);
   signal.frequency = 2.0;
   signal.phase = Matrix::Constant(2, 1, 0.5);
   part.signals = {signal};
+  part.distances = {AgentId{1}, AgentId{4}};
   in.agents = {AgentId{2}};
   in.process_of = {1};
   in.task.parts = {part};
@@ -170,6 +174,8 @@ TEST(Codec, PlantAssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(signal.kind, Signal::Kind::sinusoid);
   EXPECT_EQ(signal.number, 1u);
   EXPECT_EQ(signal.hold_rounds, 5u);
+  EXPECT_EQ(signal.first, 11u);
+  EXPECT_EQ(out.task.parts[0].distances, in.task.parts[0].distances);
   EXPECT_EQ(signal.frequency, 2.0);
   EXPECT_EQ(signal.amplitude, in.task.parts[0].signals[0].amplitude);
   EXPECT_EQ(signal.phase, in.task.parts[0].signals[0].phase);

@@ -62,6 +62,47 @@ TEST(Integrator, HasAnyOrderAndDimension) {
   EXPECT_EQ(x[0], 0.0);
 }
 
+TEST(Physics, TellsDistancesBetweenPositionsWhereLinksAskForThem) {
+  PlantSpec plant;
+  plant.model = "integrator";
+  plant.parameters.set("order", 2.0);
+  plant.parameters.set("dimension", 2.0);
+  PerAgent::List positions;
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {3.0, 4.0}, {0.0, 1.0}}) positions.values.push_back((Vector(2) << x, y).finished());
+  plant.initial.push_back({"position", {positions}});
+  plant.initial.push_back({"velocity", {PerAgent::Same{Vector::Constant(2, 7.0)}}});
+  Experiment e = with_plant(plant, 3, 0.1);
+  EXPECT_EQ(physics_of(e).distance_count(AgentId{1}), 0u);
+  e.links.standard.distance = DistanceLoss{1.0, 2.0};
+  const Physics physics = physics_of(e);
+  std::vector<double> distances(physics.distance_count(AgentId{1}));
+  physics.distances(AgentId{1}, distances);
+  EXPECT_EQ(distances, (std::vector<double>{5.0, 1.0}));
+  EXPECT_EQ(physics.measurement_size(AgentId{1}), 4u);  // the protocol measures what it did before
+  e.plant->model = "linear";
+  e.plant->parameters = {};
+  e.plant->parameters.set("A", -1.0);
+  e.plant->initial.clear();
+  EXPECT_THROW(physics_of(e), ConfigError);
+}
+
+TEST(Physics, DegradesASensorFromARoundOn) {
+  PlantSpec plant = integrators(1, {1.0, -2.0});
+  Disturbance worse{Disturbance::On::measurement, Disturbance::Constant{{PerAgent::Same{Matrix::Constant(1, 1, 0.5)}}}};
+  worse.agents = {AgentId{2}};
+  worse.first = 3;
+  plant.disturbances.push_back(worse);
+  Physics physics = physics_of(with_plant(plant, 2, 0.1));
+  for (Round k = 0; k < 6; ++k) {
+    double y = 0.0;
+    physics.measure(AgentId{2}, std::span(&y, 1));
+    EXPECT_EQ(y, k < 3 ? -2.0 : -1.5) << k;
+    physics.measure(AgentId{1}, std::span(&y, 1));
+    EXPECT_EQ(y, 1.0) << k;
+    physics.advance();
+  }
+}
+
 TEST(Linear, FollowsTheMatrixExponential) {
   PlantSpec plant;
   plant.model = "linear";

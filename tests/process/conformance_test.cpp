@@ -64,6 +64,94 @@ TEST(Conformance, PlacementChangesNothing) {
   }
 }
 
+void expect_same_links(const std::vector<JobOutcome>& a, const std::vector<JobOutcome>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t job = 0; job < a.size(); ++job) EXPECT_EQ(a[job].trace.links, b[job].trace.links) << job;
+}
+
+TEST(Conformance, EverythingALinkCanDoIsTheSameOverDds) {
+  Experiment experiment = parse_experiment(R"(
+experiment: rough
+seed: 5
+rounds: 250
+dt: 0.01
+agents:
+  count: 6
+  protocols: [local_voting, robust_information_consensus]
+  initial: {x: {linspace: [-5, 5]}}
+topology: complete
+links:
+  loss: {bernoulli: 0.05, gilbert_elliott: {p_good_to_bad: 0.05, p_bad_to_good: 0.25, loss_in_good: 0.01, loss_in_bad: 0.9}}
+  delay: {exponential: {shortest: 5 ms, mean: 15 ms}}
+  duplication: 0.2
+  reordering: {probability: 0.2, later_rounds: 3}
+  noise_covariance: 0.01
+  quantisation: {bits: 12, range: [-400, 400]}
+  overrides: [{edge: 1 -> 2, loss: 0.9}, {edges: [2 <-> 3], delay_rounds: {uniform: [0, 4]}}]
+sweep: {links.delay_rounds: {steady: 1, spread: {normal: {mean: 2, deviation: 1.5}}}}
+events:
+  - {round: 40, set_link: {edge: 4 -> 5, loss: 1}}
+  - {round: 80, set_link: {loss: 0.3, quantisation: none}}
+  - {round: 100, cut: {groups: [[1, 2, 3], [4, 5, 6]]}}
+  - {round: 160, heal: all}
+)",
+                                           "rough.yaml", ".");
+  const auto simulated = run_in_simulation(experiment);
+  ASSERT_EQ(simulated.size(), 4U);
+  for (const std::size_t per_process : {1, 3}) {
+    SCOPED_TRACE(per_process);
+    experiment.agents_per_process = per_process;
+    const auto outcomes = run_over_dds(experiment);
+    expect_same_traces(outcomes, simulated);
+    expect_same_links(outcomes, simulated);
+  }
+  LinkTotals sum{};
+  for (const LinkTotals& link : simulated.front().trace.links) {
+    sum.lost += link.lost;
+    sum.duplicated += link.duplicated;
+    sum.reordered += link.reordered;
+    sum.superseded += link.superseded;
+  }
+  EXPECT_GT(sum.lost, 100U);
+  EXPECT_GT(sum.duplicated, 100U);
+  EXPECT_GT(sum.reordered, 100U);
+  EXPECT_GT(sum.superseded, 100U);
+}
+
+TEST(Conformance, LossByDistanceAndDegradedSensorsAreTheSameOverDds) {
+  Experiment experiment = parse_experiment(R"(
+experiment: distant
+seed: 6
+rounds: 150
+dt: 0.05
+agents: {count: 5, protocol: local_voting}
+plant:
+  model: integrator
+  initial: {position: [0, 3, 6, 9, 30]}
+topology: complete
+links: {loss: {distance: {safe: 1, lost: 10}}, overrides: [{edge: 1 -> 2, loss: 0.5}]}
+events: [{round: 50, degrade: {agent: 2, gaussian: {deviation: 0.5}}}]
+)",
+                                           "distant.yaml", ".");
+  const auto simulated = run_in_simulation(experiment);
+  for (const std::size_t per_process : {1, 5}) {
+    SCOPED_TRACE(per_process);
+    experiment.agents_per_process = per_process;
+    const auto outcomes = run_over_dds(experiment);
+    expect_same_traces(outcomes, simulated);
+    expect_same_links(outcomes, simulated);
+  }
+  for (const LinkTotals& link : simulated.front().trace.links) {
+    if (link.edge.from == AgentId{5}) {
+      EXPECT_EQ(link.delivered, 0U) << "agent 5 is out of reach, and nobody moves towards it";
+    }
+    if (link.edge == Edge{AgentId{1}, AgentId{3}}) {
+      EXPECT_GT(link.delivered, 50U);
+      EXPECT_GT(link.lost, 0U);
+    }
+  }
+}
+
 TEST(Conformance, DiscoveryChangesNothing) {
   Experiment experiment = parse_experiment(R"(
 experiment: directed
