@@ -200,6 +200,16 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 }
 
 void RunVerb::check_options() const {
+  if (const double needed = experiment_.rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
+    throw ConfigError(fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; allowed: "
+                                  "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
+                                  experiment_.rounds, experiment_.dt, needed, experiment_.deadline));
+  const bool struck_outside = std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
+    return std::find(external_.begin(), external_.end(), fault.agent.value) != external_.end();
+  });
+  if (struck_outside)
+    throw ConfigError("--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
+                      "processes that are launched here can be");
   if (experiment_.mode == Mode::simulate && !external_.empty())
     throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")

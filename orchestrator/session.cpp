@@ -307,7 +307,7 @@ wire::Member Session::member_of(AgentId agent, Round now) const {
     member.distances = static_cast<std::uint32_t>(physics->distance_count(agent));
   }
   if (!told_.empty()) member.told = told_[index_of(agent)];
-  member.link_changes = experiment_.links_of(experiment_.protocols[job.protocol]).changes_into(agent);
+  member.link_changes = experiment_.links_of(experiment_.protocols[job_.protocol]).changes_into(agent);
   return member;
 }
 
@@ -384,8 +384,8 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   layouts_.clear();
   granted_ = false;
   gone_.clear();
-  maker_.emplace(experiment_, experiment_.protocols[job.protocol], job.seed);
-  protocol_ = &find_protocol(experiment_.protocols[job.protocol].name);
+  maker_.emplace(experiment_, experiment_.protocols[job_.protocol], job.seed);
+  protocol_ = &find_protocol(experiment_.protocols[job_.protocol].name);
   told_.clear();
   if (protocol_->announces) told_ = announcements(placement_.support, experiment_.presence);
   steers_ = has_plant() && maker_->make(agent_at(0))->control_size() > 0;
