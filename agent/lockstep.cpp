@@ -83,10 +83,11 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
 void Lockstep::learn(AgentId agent, const Values& announcement) { announced_.emplace(agent, announcement); }
 
 /// What the member knows of others at the beginning of its round.
-void Lockstep::tell(Member& member) const {
+void Lockstep::tell(Member& member, bool all) const {
   while (!member.to_learn.empty() && member.to_learn.back().since <= member.k) {
     const AgentId from = member.to_learn.back().from;
     const auto announced = announced_.find(from);
+    if (announced == announced_.end() && !all) return;
     if (announced == announced_.end())
       throw RunError("agent " + std::to_string(member.id.value) + ", round " + std::to_string(member.k) +
                      ": nothing has been heard of what agent " + std::to_string(from.value) + " announced");
@@ -117,6 +118,7 @@ std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<We
 }
 
 void Lockstep::grant(const wire::Grant& grant) {
+  if (!segments_.empty() && grant.until <= until_ && grant.report_at <= report_at_) return;
   Round slowest_round = kForever;
   for (const Member& member : members_) slowest_round = std::min(slowest_round, member.k);
   while (segments_.size() > 1 && segments_[1].first <= slowest_round) segments_.pop_front();
@@ -130,6 +132,7 @@ void Lockstep::grant(const wire::Grant& grant) {
   }
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
+  whole_ = grant.whole;
   reached_report_ = static_cast<std::size_t>(
       std::count_if(members_.begin(), members_.end(), [&](const Member& m) { return m.k >= std::min(report_at_, m.attendance.until); }));
   report_due_ = reached_report_ == members_.size();
@@ -139,11 +142,13 @@ void Lockstep::grant(const wire::Grant& grant) {
   }
 }
 
-void Lockstep::find_topology(Member& member) const {
+bool Lockstep::find_topology(Member& member) const {
+  if (member.topology && member.k < member.topology_until) return true;
   const auto after = std::upper_bound(segments_.begin(), segments_.end(), member.k, [](Round k, const Segment& s) { return k < s.first; });
-  check(after != segments_.begin(), "every granted round has a topology");
+  if (after == segments_.begin()) return false;
   member.topology = std::prev(after)->topology;
   member.topology_until = after == segments_.end() ? kForever : after->first;
+  return true;
 }
 
 Sense Lockstep::sense_of(const Member& member) const {
@@ -212,8 +217,8 @@ bool Lockstep::receive(const wire::Information& message) {
 
 void Lockstep::emit(std::size_t index) {
   Member& member = members_[index];
-  if (member.k >= member.topology_until || member.topology_until == 0) find_topology(member);
-  tell(member);
+  check(find_topology(member), "every granted round has a topology");
+  tell(member, true);
   find_neighbours(member);
   const Sense sense = sense_of(member);
   member.protocol->emit(sense, member.payload);
@@ -229,7 +234,10 @@ void Lockstep::emit(std::size_t index) {
 void Lockstep::report_state(Member& member) {
   member.protocol->estimate(member.estimate);
   member.hash.extend(member.estimate);
-  if (member.k % report_interval_ != 0 && member.k != rounds_ && member.k != member.attendance.until) return;
+  if (member.k % report_interval_ == 0 || member.k == rounds_ || member.k == member.attendance.until) add_report(member);
+}
+
+void Lockstep::add_report(Member& member) {
   const LinkCounters links = member.mailbox.counters();
   member.counters.delivered = links.delivered;
   member.counters.lost = links.lost;
@@ -239,8 +247,7 @@ void Lockstep::report_state(Member& member) {
   member.report.counters.push_back(member.counters);
 }
 
-void Lockstep::receive(const wire::Measurement& measurement) {
-  if (!measured_.empty() && measurement.round <= measured_.back().round) return;
+void Lockstep::check_length(const wire::Measurement& measurement) const {
   std::size_t expected = 0;
   for (const Member& member : members_)
     if (member.attendance.holds(measurement.round)) expected += member.told_by_plant();
@@ -248,6 +255,11 @@ void Lockstep::receive(const wire::Measurement& measurement) {
     throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " + std::to_string(measurement.values.size()) +
                    " numbers; agents " + std::to_string(members_.front().id.value) + "... expect " + std::to_string(expected));
   }
+}
+
+void Lockstep::receive(const wire::Measurement& measurement) {
+  if (!measured_.empty() && measurement.round <= measured_.back().round) return;
+  check_length(measurement);
   measured_.push_back({measurement.round, {measurement.values.begin(), measurement.values.end()}});
   for (std::uint32_t index = 0; index < members_.size(); ++index)
     if (members_[index].k == measurement.round) ready_.push_back(index);
@@ -320,7 +332,15 @@ void Lockstep::advance() {
   }
 }
 
+std::vector<wire::MemberReport> Lockstep::take_all() {
+  for (Member& member : members_)
+    if (member.report.rounds.empty() || member.report.rounds.back() != member.k) add_report(member);
+  whole_ = false;
+  return take_reports();
+}
+
 std::vector<wire::MemberReport> Lockstep::take_reports() {
+  if (whole_report_due()) return take_all();
   std::vector<wire::MemberReport> reports;
   reports.reserve(members_.size());
   for (Member& member : members_) {

@@ -24,23 +24,31 @@ class Lockstep {
   /// Throws ConfigError where a protocol refuses its values. `members` are hosted here; `run` holds what is common. `act` is called only
   /// if the run steers a plant.
   Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
+  virtual ~Lockstep() = default;
+  Lockstep(const Lockstep&) = delete;
+  Lockstep& operator=(const Lockstep&) = delete;
 
-  /// Rounds below grant.until may run. Throws RunError if the grant refers to a graph that was never stated.
-  void grant(const wire::Grant& grant);
+  /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing. Throws RunError if the grant refers to a
+  /// graph that was never stated.
+  virtual void grant(const wire::Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
   bool receive(const wire::Information& message);
   /// Takes what the plant lets the members measure in one round. Throws RunError if it has another length than the members expect.
-  void receive(const wire::Measurement& measurement);
+  virtual void receive(const wire::Measurement& measurement);
   /// Takes what an agent announced. Before a round runs, everything must be here that its members are told by then.
   void learn(AgentId agent, const Values& announcement);
   /// These agents, none of them a member, are gone: what has come of them still counts; nobody waits for them.
   void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
-  void advance();
+  virtual void advance();
 
   /// Every member has reached the grant's report point since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
+  /// The report that is due says how each member stands, and its links.
+  [[nodiscard]] bool whole_report_due() const { return report_due_ && whole_; }
   std::vector<wire::MemberReport> take_reports();
+  /// What has not been reported yet, and how each member stands.
+  std::vector<wire::MemberReport> take_all();
   /// Every member has left: no round is to come.
   [[nodiscard]] bool over() const { return left_ == members_.size(); }
   [[nodiscard]] std::vector<wire::LinkReport> links() const;
@@ -56,7 +64,7 @@ class Lockstep {
   [[nodiscard]] Progress slowest() const;
   [[nodiscard]] Round granted_until() const { return until_; }
 
- private:
+ protected:
   /// A graph with the members that hear each member of this process, so that local messages need no look-up.
   struct Topology {
     Graph graph;
@@ -98,16 +106,20 @@ class Lockstep {
   };
 
   std::shared_ptr<const Topology> topology_from(std::vector<WeightedEdge> edges) const;
-  void find_topology(Member& member) const;
+  /// False where no grant has told the graph of its round.
+  bool find_topology(Member& member) const;
+  void check_length(const wire::Measurement& measurement) const;
   [[nodiscard]] bool find_measurement(std::size_t index);
   void steer(std::size_t index);
   [[nodiscard]] Sense sense_of(const Member& member) const;
-  void tell(Member& member) const;
+  /// `all`: whatever it is told by its round must be here.
+  void tell(Member& member, bool all) const;
   void find_neighbours(Member& member) const;
   void emit(std::size_t index);
   void finish_round(std::size_t index);
   void report_state(Member& member);
-  void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload);
+  static void add_report(Member& member);
+  virtual void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload);
 
   std::uint32_t agents_;
   Seconds dt_;
@@ -129,7 +141,7 @@ class Lockstep {
   Round first_ = 0;                                      // before it, none of the members takes part
   Round until_ = 0, report_at_ = 0;
   std::size_t reached_report_ = 0;  // members at or beyond report_at_
-  bool report_due_ = false;
+  bool report_due_ = false, whole_ = false;
 };
 
 }  // namespace consort

@@ -15,10 +15,11 @@ constexpr const char* kHelp =
 `consort run` starts these processes; start one by hand to put an agent on another host or under a debugger:
 
   consort run experiment.yaml --name demo --domain 7 --external 3      # does not start agent 3, waits for it
-  consort-agent --id 3 --run demo --domain 7                           # the same host
-  consort-agent --id 3 --run demo --domain 7 --interface eth0          # another host on that network
+  CONSORT_KEY=... consort-agent --id 3 --run demo --domain 7                           # the same host
+  CONSORT_KEY=... consort-agent --id 3 --run demo --domain 7 --interface eth0          # another host on that network
 
-It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.
+The processes of a run know each other by its key, in the environment variable CONSORT_KEY: `consort run` prints it with the command to
+enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.
 Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
 
 /// "7", "1-25" or "1,4,9-12" -> ids, ascending.
@@ -62,7 +63,7 @@ int main(int argc, char** argv) {
     const auto log = std::make_shared<spdlog::logger>("agent " + ids, std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return serve(options, [&](const dds::domain::DomainParticipant& participant) {
+    return serve(options, [&](const wire::Participant& participant) {
       return std::make_unique<Node>(participant, NodeOptions{.agents = std::move(agents), .launched = options.orchestrator != 0});
     });
   });

@@ -22,7 +22,7 @@ std::string host_name() {
 
 }  // namespace
 
-Node::Node(const dds::domain::DomainParticipant& participant, NodeOptions options)
+Node::Node(const wire::Participant& participant, NodeOptions options)
     : RunMember(options.launched),
       participant_(participant),
       options_(std::move(options)),
@@ -41,7 +41,7 @@ Node::~Node() = default;
 
 void Node::on_assignment(wire::Assignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_) return;
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
@@ -58,8 +58,37 @@ void Node::on_grant(wire::Grant&& grant) {
   guarded([&] {
     if (!lockstep_ || grant.epoch != epoch_ || finish_) return;
     lockstep_->grant(grant);
+    if (realtime_ && !pacer_) start_clock(grant);
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
+  });
+}
+
+/// Without a plant a round ends when the next one begins, so that messages have one dt to travel. With one, its measurement comes first.
+void Node::start_clock(const wire::Grant& grant) {
+  const wire::Assignment& run = parts_.begin()->second;
+  Round first = run.rounds;
+  for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
+  const auto call = [this](std::size_t phase, Round k) { beat(phase, k); };
+  if (run.plant)
+    pacer_.emplace(grant.start_ns, run.dt, first, run.rounds - 1, std::vector{run.dt / 3.0, 2.0 * run.dt / 3.0}, call);
+  else
+    pacer_.emplace(grant.start_ns, run.dt, first, run.rounds, std::vector{0.0}, call);
+}
+
+void Node::beat(std::size_t phase, Round k) {
+  guarded([&] {
+    if (!realtime_ || finish_) return;
+    const wire::Assignment& run = parts_.begin()->second;
+    if (run.plant) {
+      if (phase == 0)
+        realtime_->begin_round(k);
+      else
+        realtime_->end_round(k);
+      return;
+    }
+    if (k > 0) realtime_->end_round(k - 1);
+    if (k < run.rounds) realtime_->begin_round(k);
   });
 }
 
@@ -107,6 +136,15 @@ void Node::depart(std::span<const AgentId> agents) {
   lockstep_->advance();
 }
 
+void Node::come_back(std::span<const AgentId> agents, Round round) {
+  for (const AgentId agent : agents) {
+    gone_.erase(agent);
+    greeted_by_.erase(agent);
+    parts_.begin()->second.joining[agent] = round;
+  }
+  ready_until_ = std::min(ready_until_, round);
+}
+
 void Node::on_announcement(wire::Layouts&& layouts) {
   guarded([&] {
     if (std::binary_search(options_.agents.begin(), options_.agents.end(), layouts.agent)) return;  // our own, come back
@@ -133,9 +171,6 @@ void Node::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  std::uint64_t rejected = assignments_.rejected() + grants_.rejected() + commands_.rejected();
-  for (const wire::InformationReader& reader : information_readers_) rejected += reader.rejected();
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void Node::serve(Lock& lock) {
@@ -146,11 +181,15 @@ void Node::serve(Lock& lock) {
              (!greeted_ && may_greet()) || !to_pass_on_.empty();
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
-    if (!greeting_needed())
+    if (pacer_) {
+      if (!wake_.wait_for(lock, kReportEvery, has_work) && !finish_) send_reports(lock, false);
+      if (greeting_needed()) greeted_ = false;
+    } else if (!greeting_needed())
       wake_.wait(lock, has_work);
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
+    if ((orphaned_ || orchestrator_lost_) && lockstep_) write_down(lockstep_->take_all());
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
@@ -171,6 +210,9 @@ void Node::serve(Lock& lock) {
 }
 
 void Node::begin_run(Lock& lock) {
+  lock.unlock();
+  pacer_.reset();
+  lock.lock();
   assigned_ = false;
   epoch_ = newest_epoch_;
   ready_until_ = 0;
@@ -185,14 +227,22 @@ void Node::begin_run(Lock& lock) {
     throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
   std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
-  lockstep_ = std::make_unique<Lockstep>(
-      parts_.begin()->second, members_,
-      [this](std::size_t member, Round round, std::span<const double> payload) {
-        if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
-      },
-      [this, process](Round round, std::span<const double> controls) {
-        actuations_->write({*epoch_, process, round, controls});
-      });
+  Lockstep::Send send = [this](std::size_t member, Round round, std::span<const double> payload) {
+    if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
+  };
+  Lockstep::Act act = [this, process](Round round, std::span<const double> controls) {
+    actuations_->write({*epoch_, process, round, controls});
+  };
+  const wire::Assignment& run = parts_.begin()->second;
+  realtime_ = nullptr;
+  if (run.realtime) {
+    auto rounds = std::make_unique<Realtime>(run, members_, std::move(send), std::move(act));
+    realtime_ = rounds.get();
+    delivery_ = run.delivery;
+    lockstep_ = std::move(rounds);
+  } else {
+    lockstep_ = std::make_unique<Lockstep>(run, members_, std::move(send), std::move(act));
+  }
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
@@ -282,12 +332,12 @@ void Node::meet_neighbours(Lock& lock) {
                              greeted_ = false;
                              wake_.notify_one();
                            });
-                         }));
+                         }, delivery_));
   }
   std::optional<wire::InformationReader> listening;
   if (!wanted.empty()) {
     listening.emplace(participant_, wildcard ? std::vector<AgentId>{} : wanted,
-                      [this](wire::InformationReader::Burst& burst) { on_information(burst); });
+                      [this](wire::InformationReader::Burst& burst) { on_information(burst); }, delivery_);
   }
   lock.lock();
   for (auto& [agent, writer] : created) information_.emplace(agent, std::move(writer));
@@ -306,7 +356,7 @@ void Node::meet_plant(Lock& lock) {
   const bool steers = run.steers;
   lock.unlock();  // creating endpoints calls back
   if (!measurements_)
-    measurements_.emplace(participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); });
+    measurements_.emplace(participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); }, delivery_);
   std::optional<wire::ActuationWriter> created;
   if (steers && !actuations_) {
     created.emplace(participant_, process, [this](std::size_t n) {
@@ -315,7 +365,7 @@ void Node::meet_plant(Lock& lock) {
         greeted_ = false;
         wake_.notify_one();
       });
-    });
+    }, delivery_);
   }
   lock.lock();
   if (created) actuations_.emplace(std::move(*created));
@@ -376,11 +426,32 @@ Round Node::met_until() const {
 }
 
 void Node::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, lockstep_->take_reports(), {}};
-  if (last) telemetry.links = lockstep_->links();
+  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, participant_.take_refusals(), lockstep_->slowest().round};
+  if (last || lockstep_->whole_report_due()) telemetry.links = lockstep_->links();
+  telemetry.members = lockstep_->take_reports();
+  const auto silent = [](const wire::MemberReport& report) { return report.rounds.empty(); };
+  const bool nothing = std::all_of(telemetry.members.begin(), telemetry.members.end(), silent) && telemetry.refusals.empty();
+  if (realtime_ && !last && nothing) return;
+  if (last && realtime_) telemetry.network = realtime_->network();
+  if (last) telemetry.performance = performance();
   lock.unlock();
   telemetry_.write(telemetry);
   lock.lock();
+}
+
+Performance Node::performance() const {
+  Performance performance = usage(options_.agents.front().value);
+  if (pacer_) pacer_->tell(performance);
+  if (realtime_) performance.missed_inputs = realtime_->missed_inputs();
+  performance.sent_again_bytes = presence_.sent_again_bytes() + layouts_.sent_again_bytes() + telemetry_.sent_again_bytes();
+  for (const auto& [agent, writer] : information_) performance.sent_again_bytes += writer.sent_again_bytes();
+  if (actuations_) performance.sent_again_bytes += actuations_->sent_again_bytes();
+  wire::ReaderEvents events;
+  for (const wire::InformationReader& reader : information_readers_) events += reader.events();
+  if (measurements_) events += measurements_->events();
+  performance.dds_deadlines_missed = events.deadlines_missed;
+  performance.liveliness_lost = events.liveliness_lost;
+  return performance;
 }
 
 /// All agents here have left the run: says the last word, sees that it arrives, and ends.

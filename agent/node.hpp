@@ -2,8 +2,9 @@
 /// The agent process on DDS: meets the orchestrator and its neighbours, then drives the rounds of the agents it hosts. The step runs where
 /// the last missing message arrives (DDS's receive thread); the main thread sends telemetry and answers commands, off the critical path.
 
-#include "agent/lockstep.hpp"
+#include "agent/realtime.hpp"
 #include "core/errors.hpp"
+#include "idl/pacer.hpp"
 #include "idl/run_member.hpp"
 
 #include <map>
@@ -19,7 +20,7 @@ struct NodeOptions {
 
 class Node : public RunMember {
  public:
-  Node(const dds::domain::DomainParticipant& participant, NodeOptions options);
+  Node(const wire::Participant& participant, NodeOptions options);
   ~Node();
 
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
@@ -35,6 +36,7 @@ class Node : public RunMember {
   void on_measurement(const wire::Measurement& measurement);
   void on_announcement(wire::Layouts&& layouts);
   void depart(std::span<const AgentId> agents) override;
+  void come_back(std::span<const AgentId> agents, Round round) override;
 
   // Called on the main thread.
   void serve(Lock& lock);
@@ -46,12 +48,15 @@ class Node : public RunMember {
   void send_reports(Lock& lock, bool last);
   void take_leave(Lock& lock);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
+  void start_clock(const wire::Grant& grant);
+  void beat(std::size_t phase, Round k);
+  [[nodiscard]] Performance performance() const;
   void greet();
   [[nodiscard]] bool may_greet() const;
   [[nodiscard]] bool greeting_needed() const;
   [[nodiscard]] Round met_until() const;
 
-  dds::domain::DomainParticipant participant_;
+  wire::Participant participant_;
   NodeOptions options_;
   std::string host_;
 
@@ -60,6 +65,8 @@ class Node : public RunMember {
   std::uint32_t newest_epoch_ = 0;
   std::vector<wire::Member> members_;
   std::unique_ptr<Lockstep> lockstep_;
+  Realtime* realtime_ = nullptr;        // the same object, where the wall clock paces it
+  std::optional<wire::Delivery> delivery_;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
 
@@ -86,6 +93,7 @@ class Node : public RunMember {
   wire::Reader<wire::Assignment> assignments_;
   wire::Reader<wire::Grant> grants_;
   wire::Reader<wire::Command> commands_;
+  std::optional<Pacer> pacer_;  // destroyed first, and never under the lock: it calls back
 };
 
 }  // namespace consort

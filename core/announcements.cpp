@@ -36,7 +36,8 @@ std::vector<std::vector<Told>> announcements(const Graph& support, const std::ma
     return at == presence.end() ? Attendance{} : at->second;
   };
   std::set<Round> joins{0};
-  for (const auto& [agent, attendance] : presence) joins.insert(attendance.from);
+  for (const auto& [agent, attendance] : presence)
+    for (const Attendance& stay : attendance.stays()) joins.insert(stay.from);
   Known known(n, std::vector<bool>(n, false)), before = known;
   std::vector<std::vector<Told>> told(n);
   for (const Round k : joins) {

@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace consort {
 
@@ -80,6 +81,24 @@ Values PlantSpec::parameters_of(AgentId agent) const {
 Attendance Experiment::presence_of(AgentId agent) const {
   const auto it = presence.find(agent);
   return it == presence.end() ? Attendance{} : it->second;
+}
+
+std::vector<ProcessEvent> process_events(const Experiment& experiment) {
+  constexpr std::array kKinds{"kill", "restart", "stop", "continue"};
+  std::vector<ProcessEvent> events;
+  const auto is_fault = [&](Fault::Kind kind, AgentId agent, Round round) {
+    return std::any_of(experiment.faults.begin(), experiment.faults.end(),
+                       [&](const Fault& fault) { return fault.kind == kind && fault.agent == agent && fault.round == round; });
+  };
+  for (const Fault& fault : experiment.faults) events.push_back({fault.round, kKinds[static_cast<std::size_t>(fault.kind)], fault.agent});
+  for (const auto& [agent, presence] : experiment.presence)
+    for (const Attendance& stay : presence.stays()) {
+      if (stay.from > 0 && !is_fault(Fault::Kind::restart, agent, stay.from)) events.push_back({stay.from, "join", agent});
+      const bool ends = stay.until < Attendance{}.until;
+      if (ends && !is_fault(Fault::Kind::kill, agent, stay.until)) events.push_back({stay.until, "leave", agent});
+    }
+  std::stable_sort(events.begin(), events.end(), [](const ProcessEvent& a, const ProcessEvent& b) { return a.round < b.round; });
+  return events;
 }
 
 std::vector<AgentId> Experiment::sensed_by(AgentId agent, const Graph& support) const {

@@ -8,12 +8,16 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
 namespace consort {
 
-enum class Mode { simulate, lockstep };
+enum class Mode { simulate, lockstep, realtime };
+constexpr std::string_view name_of(Mode mode) {
+  return mode == Mode::simulate ? "simulate" : mode == Mode::lockstep ? "lockstep" : "realtime";
+}
 enum class Discovery { automatic, multicast, neighbours };
 /// What an agent's death that nobody planned does to the run.
 enum class AgentLoss { abort, go_on };
@@ -120,6 +124,26 @@ struct PlantSpec {
   [[nodiscard]] Values parameters_of(AgentId agent) const;
 };
 
+/// How messages travel between processes.
+struct Transport {
+  double loss = 0.0;  ///< share of all packets that every process throws away before they are sent: real loss, on discovery and control too
+  // Of Information, Measurement and Actuation in mode realtime:
+  bool reliable = false;
+  std::uint32_t history = 1;            ///< samples kept per sender
+  std::optional<Seconds> lifespan;      ///< how long a message may be used; nullopt: one dt
+  std::optional<Seconds> dds_deadline;  ///< after so long without a sample DDS says so; nullopt: 3 dt
+  Seconds liveliness_lease = 1.0;       ///< after so long without a sign of life a writer counts as dead
+};
+
+/// What happens to an agent's process from outside. To the algorithm, a kill is a leave and a restart a join (`presence` holds both), and
+/// a process that stops for a while makes the others wait (lockstep) or miss its messages (realtime).
+struct Fault {
+  enum class Kind { kill, restart, stop, proceed };
+  Round round = 0;
+  AgentId agent;
+  Kind kind = Kind::kill;
+};
+
 using TopologySpec = Schedule::Spec;
 
 struct Experiment {
@@ -138,12 +162,14 @@ struct Experiment {
   std::string topology_text;  ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
   std::vector<LinkEvent> link_events;
   std::map<AgentId, Attendance> presence;  ///< of agents that join or leave on the way; all others are there throughout
+  std::vector<Fault> faults;               ///< ascending by round
   LinkModel links;
   std::string sweep_text;  ///< YAML of the sweep; empty: none
   std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
   AgentLoss on_agent_loss = AgentLoss::abort;
   std::optional<Convergence> convergence;
+  Transport transport;
   Seconds deadline = 300.0;           ///< wall clock, for the whole run
   std::optional<Round> report_every;  ///< nullopt: chosen by report_interval()
   Discovery discovery = Discovery::automatic;
@@ -165,5 +191,13 @@ struct Experiment {
   /// run. Rounds 0, m, 2m, ... and the last are reported.
   [[nodiscard]] Round report_interval() const;
 };
+
+/// What happens to agents and their processes, as the file names it: join, leave, kill, restart, stop, continue. Ascending by round.
+struct ProcessEvent {
+  Round round = 0;
+  const char* kind = "";
+  AgentId agent;
+};
+std::vector<ProcessEvent> process_events(const Experiment& experiment);
 
 }  // namespace consort

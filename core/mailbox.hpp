@@ -8,6 +8,7 @@
 #include "core/layout.hpp"
 #include "core/link.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <span>
 #include <vector>
@@ -62,6 +63,9 @@ class Mailbox {
   /// Closes round k (called for k = 0, 1, 2, ... in order): every message of round k from `in_neighbours` must have been posted; the links
   /// then decide. Returns what is due in round k. Messages of round k from others are discarded.
   Inbox take(Round k, std::span<const Neighbour> in_neighbours);
+
+  /// Rounds before k are over without having been taken.
+  void skip(Round k) { next_ = std::max(next_, k); }
 
   /// The same for a driver that holds the round's messages itself: `payload_of(index_of(j))` instead of posted copies. Inline, no copy on
   /// an ideal link.

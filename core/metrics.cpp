@@ -5,6 +5,7 @@
 #include "core/metrics_estimation.hpp"
 #include "core/metrics_gains.hpp"
 #include "core/metrics_observer.hpp"
+#include "core/metrics_realtime.hpp"
 #include "core/metrics_sensor_network.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
@@ -138,6 +139,20 @@ constexpr std::array kTable{
     MetricEntry{"error_abscissa", "sensor network: largest real part of an eigenvalue of the error matrix, 1/s", error_abscissa},
     MetricEntry{"error_variance", "sensor network: mean square of each agent's estimation error, second half of the run, and their sum",
                 error_variance},
+    MetricEntry{"network_sent", "real time: messages that in-neighbours and rounds ask for", network},
+    MetricEntry{"network_lost", "real time: those that never came; the link model's losses are apart", network},
+    MetricEntry{"network_late", "real time: those that came when their round was over", network},
+    MetricEntry{"network_duplicated", "real time: messages that came again", network},
+    MetricEntry{"network_reordered", "real time: messages that came after a later one", network},
+    MetricEntry{"missed_deadlines", "real time: rounds that a process left out, over all processes", timing},
+    MetricEntry{"missed_inputs", "real time: measurements and actuations that had not come in time", timing},
+    MetricEntry{"jitter_p50", "real time: s, median lateness of a wake-up, of the process where it is largest", timing},
+    MetricEntry{"jitter_p99", "real time: s, its 99th percentile", timing},
+    MetricEntry{"jitter_max", "real time: s, the largest lateness", timing},
+    MetricEntry{"cpu", "real time: s, processor time of all agents and the plant", timing},
+    MetricEntry{"resident_bytes", "real time: resident memory of the largest process", timing},
+    MetricEntry{"dds_deadlines_missed", "real time: missed deadlines as DDS counts them", timing},
+    MetricEntry{"liveliness_lost", "real time: writers that DDS took for dead", timing},
     MetricEntry{"messages_sent", "messages emitted, one per out-neighbour and round", messages_sent},
     MetricEntry{"messages_delivered", "messages given to the algorithm", messages_delivered},
     MetricEntry{"messages_lost", "messages the links dropped", messages_lost},

@@ -94,7 +94,7 @@ void consensus_time(const Experiment& experiment, Seed, const ProtocolChoice&, c
   if (!trace.agrees_on_states) return;
   const double threshold = experiment.convergence ? experiment.convergence->within : 0.01;
   Round complete = 0;  // the round from which everybody is there
-  for (const auto& [agent, presence] : experiment.presence) complete = std::max(complete, presence.from);
+  for (const auto& [agent, presence] : experiment.presence) complete = std::max(complete, presence.stays().back().from);
   double first = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t report = trace.rounds.size(); report-- > 0 && trace.rounds[report] >= complete;) {
     if (sum_of_ranges(trace, report) > threshold) break;

@@ -194,8 +194,10 @@ void Schedule::build_epochs(std::vector<LinkEvent> events, const std::map<AgentI
   for (const LinkEvent& event : events) firsts.insert(event.round);
   for (const auto& [agent, present] : presence) {
     require_agent(agent, present.from);
-    firsts.insert(present.from);
-    if (present.until != kForEver) firsts.insert(present.until);
+    for (const Attendance& stay : present.stays()) {
+      firsts.insert(stay.from);
+      if (stay.until != kForEver) firsts.insert(stay.until);
+    }
   }
   std::set<Edge> cut;
   auto event = events.begin();

@@ -3,6 +3,7 @@
 
 #include "core/graph.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -40,11 +41,29 @@ struct LinkEvent {
   bool everything = false;  ///< heal: whatever is cut
 };
 
-/// When an agent takes part: rounds [from, until). Edges to and from an absent agent are absent.
+/// When an agent takes part: rounds [from, until), and again later if it comes back. Edges to and from an absent agent are absent.
 struct Attendance {
   Round from = 0;
   Round until = std::numeric_limits<Round>::max();
-  [[nodiscard]] bool holds(Round k) const { return k >= from && k < until; }
+  std::vector<Attendance> again = {};  ///< later stays, ascending, each after the one before; they have none themselves
+
+  [[nodiscard]] bool holds(Round k) const {
+    return (k >= from && k < until) || std::any_of(again.begin(), again.end(), [k](const Attendance& stay) { return stay.holds(k); });
+  }
+  /// All stays, one after the other.
+  [[nodiscard]] std::vector<Attendance> stays() const {
+    std::vector<Attendance> all{{from, until}};
+    all.insert(all.end(), again.begin(), again.end());
+    return all;
+  }
+  /// The end of the last stay.
+  [[nodiscard]] Round end() const { return again.empty() ? until : again.back().until; }
+  /// Ends in round k what would go on, or begin, later.
+  void cut(Round k) {
+    std::erase_if(again, [k](const Attendance& stay) { return stay.from >= k; });
+    Attendance& last = again.empty() ? *this : again.back();
+    last.until = std::min(last.until, k);
+  }
   bool operator==(const Attendance&) const = default;
 };
 

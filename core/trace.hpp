@@ -31,6 +31,12 @@ struct AgentCounters {
   std::uint64_t sent = 0;       ///< messages emitted, one per out-neighbour and round
   std::uint64_t delivered = 0;  ///< messages given to the algorithm
   std::uint64_t lost = 0;       ///< messages the link model dropped
+  AgentCounters& operator+=(const AgentCounters& other) {
+    sent += other.sent;
+    delivered += other.delivered;
+    lost += other.lost;
+    return *this;
+  }
 };
 
 /// What a protocol's estimate is an estimate of, where the plant knows the truth.
@@ -46,6 +52,34 @@ struct LinkTotals {
   std::uint64_t delivered = 0, lost = 0;
   std::uint64_t duplicated = 0, reordered = 0, superseded = 0;  ///< by the link model; see LinkCounters
   auto operator<=>(const LinkTotals&) const = default;
+};
+
+/// What the network itself did to the messages of one link (mode realtime), by their round numbers. What the link model dropped has been
+/// received first.
+struct NetworkCounters {
+  std::uint64_t sent = 0;        ///< rounds in which the receiver had the sender as an in-neighbour
+  std::uint64_t received = 0;    ///< in time
+  std::uint64_t lost = 0;        ///< never came
+  std::uint64_t late = 0;        ///< came when the round was over
+  std::uint64_t duplicated = 0;  ///< came again
+  std::uint64_t reordered = 0;   ///< came after a later one
+  auto operator<=>(const NetworkCounters&) const = default;
+};
+struct NetworkTotals {
+  Edge edge;
+  NetworkCounters counters;
+};
+
+/// How one process kept time, and what it used.
+struct Performance {
+  std::uint32_t process = 0;  ///< lowest agent id it hosts; 0: the plant
+  std::uint64_t periods = 0, missed_deadlines = 0;
+  std::uint64_t missed_inputs = 0;                             ///< measurements or actuations that had not come in time
+  Seconds jitter_p50 = 0.0, jitter_p99 = 0.0, jitter_max = 0.0;  ///< wake-up after the planned instant
+  Seconds cpu = 0.0;
+  std::uint64_t resident_bytes = 0;     ///< at most
+  std::uint64_t sent_again_bytes = 0;   ///< by DDS, since packets were lost
+  std::uint64_t dds_deadlines_missed = 0, liveliness_lost = 0;
 };
 
 /// All agents at the beginning of round k (k = 0: the initial estimates), in agent order. The numbers of an agent that is not there are
@@ -75,6 +109,8 @@ struct Trace {
   bool converged = false;         ///< the stop rule's convergence held
   AgentCounters totals;
   std::vector<LinkTotals> links;  ///< links that carried anything, ascending by edge
+  std::vector<NetworkTotals> network;  ///< mode realtime: the same links, ascending by edge
+  std::vector<Performance> processes;  ///< of those that told it; none in simulate
 
   void add(const RoundReport& report);  ///< appends; recomputes hash, totals, last_round
   [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {

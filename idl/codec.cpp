@@ -157,8 +157,9 @@ consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const Pl
   out.distances = ids<decltype(out.distances)>(in.distances, arena);
   out.relative = in.relative;
   out.absolute = in.absolute;
-  out.first_round = in.presence.from;
-  out.end_round = in.presence.until;
+  out.stays = convert_all<decltype(out.stays)>(in.presence.stays(), arena, [](const Attendance& stay) {
+    return consort_wire_Stay{stay.from, stay.until};
+  });
   out.signals = convert_all<decltype(out.signals)>(in.signals, arena, signal);
   return out;
 }
@@ -192,6 +193,15 @@ consort_wire_FieldShape field_shape(const Field& field) {
   return out;
 }
 
+consort_wire_Delivery delivery(const Delivery& in) {
+  return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease};
+}
+
+consort_wire_Performance performance(const Performance& in) {
+  return {in.periods,        in.missed_deadlines, in.missed_inputs,        in.jitter_p50,     in.jitter_p99, in.jitter_max, in.cpu,
+          in.resident_bytes, in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
+}
+
 consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena) {
   consort_wire_MemberReport out{};
   out.agent = report.agent.value;
@@ -205,6 +215,17 @@ consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena
     counters[3 * r + 2] = report.counters[r].lost;
   }
   out.counters = borrow<decltype(out.counters)>(counters, 3 * report.counters.size());
+  return out;
+}
+
+consort_wire_Refusal refusal(const Refusal& in) {
+  consort_wire_Refusal out{};
+  put_cut(out.topic, in.topic);
+  out.reason = static_cast<std::uint8_t>(in.reason);
+  put_cut(out.field, in.field);
+  put_cut(out.writer, in.writer);
+  put_cut(out.who, in.who);
+  out.samples = in.samples;
   return out;
 }
 
@@ -292,6 +313,21 @@ std::vector<LinkModel::Change> link_changes(const Sequence& rules, const EdgeOf&
   return out;
 }
 
+Delivery delivery(const consort_wire_Delivery& in) {
+  require(in.history >= 1 && in.history <= kMaxAgents, "delivery.history");
+  require(in.lifespan > 0.0 && std::isfinite(in.lifespan), "delivery.lifespan");
+  require(in.deadline > 0.0 && std::isfinite(in.deadline), "delivery.deadline");
+  require(in.liveliness_lease > 0.0 && std::isfinite(in.liveliness_lease), "delivery.liveliness_lease");
+  return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease};
+}
+
+Performance performance(std::uint32_t process, const consort_wire_Performance& in) {
+  for (const double value : {in.jitter_p50, in.jitter_p99, in.jitter_max, in.cpu})
+    require(value >= 0.0 && std::isfinite(value), "performance");
+  return {process,       in.periods,        in.missed_deadlines, in.missed_inputs,        in.jitter_p50,     in.jitter_p99, in.jitter_max,
+          in.cpu,        in.resident_bytes, in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
+}
+
 Attendance attendance(std::uint32_t first, std::uint32_t end, const char* field) {
   require(first < end, field);
   return {first, end};
@@ -352,7 +388,18 @@ PlantPart plant_part(const consort_wire_PlantPart& in) {
   out.relative = in.relative;
   out.absolute = in.absolute;
   require(out.relative || (!out.sensed.empty() && !out.absolute), "agent.sensed");
-  out.presence = attendance(in.first_round, in.end_round, "agent.first_round");
+  require(in.stays._length >= 1, "agent.stays");
+  Round before = 0;
+  for (const auto& stay : view(in.stays)) {
+    const bool first = &stay == view(in.stays).data();
+    require(first || stay.first_round > before, "agent.stays");
+    before = stay.end_round;
+    Attendance one = attendance(stay.first_round, stay.end_round, "agent.stays");
+    if (first)
+      out.presence = std::move(one);
+    else
+      out.presence.again.push_back(std::move(one));
+  }
   for (const auto& entry : view(in.signals)) out.signals.push_back(signal(entry));
   return out;
 }
@@ -387,6 +434,11 @@ consort::Layout layout(const Sequence& sequence, const char* field) {
     require(total <= kMaxValues && !out.fields.back().name.empty(), field);
   }
   return out;
+}
+
+Refusal refusal(const consort_wire_Refusal& in) {
+  require(in.reason <= static_cast<std::uint8_t>(Refusal::Reason::bound), "refusal.reason");
+  return {text(in.topic), static_cast<Refusal::Reason>(in.reason), text(in.field), text(in.writer), text(in.who), in.samples};
 }
 
 MemberReport member_report(const consort_wire_MemberReport& in) {
@@ -429,6 +481,8 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
+  out.realtime = in.realtime;
+  out.delivery = delivery(in.delivery);
   out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
     return consort_wire_Joining{item.first.value, item.second};
   });
@@ -461,6 +515,8 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
+  out.realtime = in.realtime;
+  out.delivery = delivery(in.delivery);
   for (const auto& joining : view(in.joining)) {
     require(joining.first_round >= 1, "joining.first_round");
     require(out.joining.emplace(agent_id(joining.agent, "joining.agent"), joining.first_round).second, "joining.agent");
@@ -488,6 +544,8 @@ consort_wire_PlantAssignment encode(const PlantAssignment& in, Arena& arena) {
   out.rounds = in.rounds;
   out.report_interval = in.report_interval;
   out.steered = in.steered;
+  out.realtime = in.realtime;
+  out.delivery = delivery(in.delivery);
   auto* parts = allocate<consort_wire_PlantPart>(arena, in.agents.size());
   for (std::size_t i = 0; i < in.agents.size(); ++i) parts[i] = plant_part(in.agents[i], in.process_of[i], in.task.parts[i], arena);
   out.agents = borrow<decltype(out.agents)>(parts, in.agents.size());
@@ -505,6 +563,8 @@ PlantAssignment decode(const consort_wire_PlantAssignment& in) {
   out.rounds = in.rounds;
   out.report_interval = in.report_interval;
   out.steered = in.steered;
+  out.realtime = in.realtime;
+  out.delivery = delivery(in.delivery);
   out.task.model = text(in.model);
   out.task.seed = Seed{in.seed};
   out.task.dt = in.dt;
@@ -522,12 +582,14 @@ consort_wire_Grant encode(const Grant& in, Arena& arena) {
   out.epoch = in.epoch;
   out.until = in.until;
   out.report_at = in.report_at;
+  out.start_ns = in.start_ns;
+  out.whole = in.whole;
   out.segments = convert_all<decltype(out.segments)>(in.segments, arena, [&](const Segment& part) { return segment(part, arena); });
   return out;
 }
 
 Grant decode(const consort_wire_Grant& in) {
-  Grant out{in.epoch, in.until, in.report_at, {}};
+  Grant out{in.epoch, in.until, in.report_at, {}, in.start_ns, in.whole};
   require(in.report_at <= in.until, "report_at");
   for (const auto& part : view(in.segments)) {
     out.segments.push_back(segment(part));
@@ -540,13 +602,14 @@ consort_wire_Command encode(const Command& in, Arena& arena) {
   consort_wire_Command out{};
   out.epoch = in.epoch;
   out.kind = static_cast<std::uint8_t>(in.order);
+  out.round = in.round;
   out.agents = ids<decltype(out.agents)>(in.agents, arena);
   return out;
 }
 
 Command decode(const consort_wire_Command& in) {
-  require(in.kind <= static_cast<std::uint8_t>(Order::departed), "kind");
-  return {in.epoch, static_cast<Order>(in.kind), agent_ids(in.agents, "agents")};
+  require(in.kind <= static_cast<std::uint8_t>(Order::come_back), "kind");
+  return {in.epoch, static_cast<Order>(in.kind), agent_ids(in.agents, "agents"), in.round};
 }
 
 consort_wire_Layout encode(const Layouts& in, Arena& arena) {
@@ -608,12 +671,20 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   out.process = in.process;
   out.epoch = in.epoch;
   out.last = in.last;
+  out.round = in.round;
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
   out.links = convert_all<decltype(out.links)>(in.links, arena, [](const LinkReport& link) {
     return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost,
                                    link.duplicated,      link.reordered,     link.superseded};
   });
+  out.network = convert_all<decltype(out.network)>(in.network, arena, [](const NetworkTotals& link) {
+    const NetworkCounters& c = link.counters;
+    return consort_wire_NetworkReport{
+        link.edge.from.value, link.edge.to.value, c.sent, c.received, c.lost, c.late, c.duplicated, c.reordered};
+  });
+  out.performance = performance(in.performance);
+  out.refusals = convert_all<decltype(out.refusals)>(in.refusals, arena, [](const Refusal& each) { return refusal(each); });
   return out;
 }
 
@@ -623,6 +694,7 @@ Telemetry decode(const consort_wire_Telemetry& in) {
   out.process = in.process;
   out.epoch = in.epoch;
   out.last = in.last;
+  out.round = in.round;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
   for (const auto& link : view(in.links)) {
     out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")},
@@ -632,6 +704,11 @@ Telemetry decode(const consort_wire_Telemetry& in) {
                          link.reordered,
                          link.superseded});
   }
+  for (const auto& link : view(in.network))
+    out.network.push_back({{agent_id(link.from, "network.from"), agent_id(link.to, "network.to")},
+                           {link.sent, link.received, link.lost, link.late, link.duplicated, link.reordered}});
+  out.performance = performance(in.process, in.performance);
+  for (const auto& each : view(in.refusals)) out.refusals.push_back(refusal(each));
   return out;
 }
 

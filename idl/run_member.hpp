@@ -4,6 +4,11 @@
 
 #include "idl/wire.hpp"
 
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+
+#include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
@@ -13,10 +18,11 @@ namespace consort {
 
 class RunMember {
  public:
-  /// Ends run() from a signal handler's thread.
-  void interrupt() {
+  /// Ends run() from a signal handler's thread. `orphaned`: because the orchestrator is gone.
+  void interrupt(bool orphaned) {
     guarded([&] {
       interrupted_ = true;
+      orphaned_ = orphaned;
       wake_.notify_one();
     });
   }
@@ -31,6 +37,8 @@ class RunMember {
 
   /// These agents are gone; called under the lock.
   virtual void depart(std::span<const AgentId> agents) = 0;
+  /// These agents take part again from that round on, and want to be met; called under the lock.
+  virtual void come_back(std::span<const AgentId> agents, Round round) = 0;
 
   /// Runs under the lock; a failure is kept for the main thread.
   template <class Work>
@@ -59,9 +67,34 @@ class RunMember {
         case wire::Order::departed:
           if (command.epoch == epoch_ && !finish_) depart(command.agents);
           break;
+        case wire::Order::come_back:
+          if (command.epoch == epoch_ && !finish_) come_back(command.agents, command.round);
+          break;
       }
       wake_.notify_one();
     });
+  }
+
+  /// Nobody is left to take these reports: they go into the log.
+  static void write_down(std::span<const wire::MemberReport> reports) {
+    for (const wire::MemberReport& report : reports) {
+      const std::size_t size = report.rounds.empty() ? 0 : report.estimates.size() / report.rounds.size();
+      for (std::size_t r = 0; r < report.rounds.size(); ++r)
+        spdlog::warn("held: agent {}, round {}: {}", report.agent.value, report.rounds[r],
+                     fmt::join(std::span(report.estimates).subspan(r * size, size), " "));
+    }
+  }
+
+  /// What this process has used so far.
+  static Performance usage(std::uint32_t process) {
+    rusage used{};
+    getrusage(RUSAGE_SELF, &used);
+    const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+    Performance performance;
+    performance.process = process;
+    performance.cpu = seconds(used.ru_utime) + seconds(used.ru_stime);
+    performance.resident_bytes = static_cast<std::uint64_t>(used.ru_maxrss) * 1024;
+    return performance;
   }
 
   void on_orchestrator(std::size_t writers) {
@@ -76,7 +109,9 @@ class RunMember {
   std::condition_variable wake_;
   std::exception_ptr failure_;
   std::optional<std::uint32_t> epoch_;  // of the run being served
-  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orchestrator_lost_ = false;
+  static constexpr std::chrono::milliseconds kReportEvery{250};  // in real time
+  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
+       orchestrator_lost_ = false;
 
  private:
   bool launched_;

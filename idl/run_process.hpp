@@ -2,6 +2,7 @@
 /// How a process of a run is started: the options that agents and plant share, what they mean for DDS, and dying with the orchestrator.
 
 #include "core/errors.hpp"
+#include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
 
@@ -10,8 +11,10 @@
 #include <unistd.h>
 #include <CLI/CLI.hpp>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <sstream>
 #include <string>
 #include <thread>
@@ -22,6 +25,7 @@ struct RunProcessOptions {
   std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
   unsigned domain = 0, port = 0;
   bool tuned = false;
+  double transmit_loss = 0.0;
   bool hears_multicast_data = true;  ///< false: what agents tell each other wakes only agents
   pid_t orchestrator = 0;
 };
@@ -41,6 +45,8 @@ inline void add_options(CLI::App& app, RunProcessOptions& options) {
   app.add_option("--neighbour-ports", options.neighbour_ports,
                  "neighbours discovery: UDP ports on this host to announce to, comma separated");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
+  app.add_option("--transport-loss", options.transmit_loss, "share of outgoing packets to throw away, for experiments")
+      ->check(CLI::Range(0.0, 0.9));
   app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");
 }
 
@@ -50,6 +56,7 @@ inline dds::configuration::Settings settings_of(const RunProcessOptions& options
   settings.tag = options.run;
   settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings.tuned = options.tuned;
+  settings.transmit_loss = options.transmit_loss;
   settings.hears_multicast_data = options.hears_multicast_data;
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
@@ -63,29 +70,51 @@ inline dds::configuration::Settings settings_of(const RunProcessOptions& options
   return settings;
 }
 
-/// Dies with the orchestrator that started it; one that is gone already is noticed too.
+/// Is told when the orchestrator that started it dies; one that is gone already is noticed too. The signal is SIGCONT, which reaches a
+/// process that is stopped as well.
 inline void die_with(pid_t orchestrator) {
   if (orchestrator == 0) return;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_PDEATHSIG, SIGCONT);
   if (getppid() != orchestrator) throw RunError("the orchestrator (pid " + std::to_string(orchestrator) + ") is gone");
+}
+
+/// Waits for what ends the process: SIGINT, SIGTERM, SIGHUP, or the death of the orchestrator. Then lets the driver end by itself, but not
+/// for longer than a few seconds.
+template <class Driver>
+void wait_for_the_end(Driver& driver, std::atomic<int>& caught, const sigset_t& signals, pid_t orchestrator) {
+  constexpr timespec kPatience{3, 0};
+  int signal = 0;
+  bool orphaned = false;
+  do {
+    sigwait(&signals, &signal);
+    orphaned = orchestrator != 0 && getppid() != orchestrator;
+  } while (signal == SIGCONT && !orphaned);
+  caught = orphaned ? SIGTERM : signal;
+  driver.interrupt(orphaned);
+  sigset_t none;
+  sigemptyset(&none);
+  sigtimedwait(&none, nullptr, &kPatience);
+  std::_Exit(128 + caught);
 }
 
 /// Joins the run's domain, makes the driver with `make(participant)` and runs it; SIGINT and SIGTERM end it. The exit code.
 template <class Make>
 int serve(const RunProcessOptions& options, Make&& make) {
+  const auto key = wire::RunKey::of_environment();
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGHUP);
+  sigaddset(&signals, SIGCONT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
   const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
-  const dds::domain::DomainParticipant participant(domain);
+  const wire::Participant participant(dds::domain::DomainParticipant(domain), key);
   auto driver = make(participant);
-  int caught = 0;
-  std::thread([&driver, &caught, signals] {  // detached: it ends with the process
-    sigwait(&signals, &caught);
-    driver->interrupt();
+  std::atomic<int> caught{0};
+  std::thread([&driver, &caught, signals, orchestrator = options.orchestrator] {  // detached: it ends with the process
+    wait_for_the_end(*driver, caught, signals, orchestrator);
   })
       .detach();
   driver->run();

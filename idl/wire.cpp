@@ -2,8 +2,6 @@
 
 #include "idl/codec.hpp"
 
-#include <atomic>
-
 DDS_TOPIC_TYPE(consort_wire_Assignment);
 DDS_TOPIC_TYPE(consort_wire_PlantAssignment);
 DDS_TOPIC_TYPE(consort_wire_Grant);
@@ -19,10 +17,13 @@ namespace consort::wire {
 namespace {
 
 using dds::core::Duration;
+using dds::core::policy::Deadline;
 using dds::core::policy::Durability;
 using dds::core::policy::DurabilityService;
 using dds::core::policy::History;
 using dds::core::policy::IgnoreLocal;
+using dds::core::policy::Lifespan;
+using dds::core::policy::Liveliness;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
@@ -68,6 +69,7 @@ struct TopicOf<Telemetry> {
 };
 constexpr const char* kInformationTopic = "consort_information";
 
+constexpr std::size_t kMostKept = 100'000;  // samples
 constexpr Duration kWriteLimit =
     Duration::from_millisecs(10'000);  // reached only if the high watermark is: then it is an error, not a wait
 
@@ -78,13 +80,42 @@ Qos steering_qos() {
   return qos;
 }
 
-/// Only what another participant sends: a process hands messages to its own agents by direct call.
+/// Only what another participant sends: a process hands messages to its own agents by direct call. In real time the newest counts:
+/// `senders` share a reader's history, as there are no keys. DDS drops what has outlived its use by far; what is late by less is counted.
 template <class Qos>
-Qos information_qos() {
+Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders = 1) {
+  constexpr double kLateLifespans = 2.0;
   Qos qos;
-  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << IgnoreLocal::Participant();
+  qos << IgnoreLocal::Participant();
+  if (!delivery) {
+    qos << Reliability::Reliable(kWriteLimit) << History::KeepAll();
+    return qos;
+  }
+  qos << (delivery->reliable ? Reliability::Reliable(kWriteLimit) : Reliability::BestEffort())
+      << History::KeepLast(static_cast<std::int32_t>(std::min<std::size_t>(delivery->history * senders, kMostKept)))
+      << Deadline{Duration::from_secs(delivery->deadline)} << Liveliness::Automatic(Duration::from_secs(delivery->liveliness_lease));
+  if constexpr (std::is_same_v<Qos, dds::pub::qos::DataWriterQos>)
+    qos << Lifespan{Duration::from_secs(kLateLifespans * delivery->lifespan)};
   return qos;
 }
+
+/// Counts what DDS tells a reader.
+struct EventCount {
+  std::atomic<std::uint64_t> deadlines_missed{0}, liveliness_lost{0};
+
+  template <class Wire>
+  void listen(dds::sub::DataReaderListener<Wire>& listener) {
+    listener.on_requested_deadline_missed = [this](auto&, const auto& status) {
+      deadlines_missed.fetch_add(static_cast<std::uint64_t>(std::max(status.total_count_change(), 0)), std::memory_order_relaxed);
+    };
+    listener.on_liveliness_changed = [this](auto&, const auto& status) {
+      liveliness_lost.fetch_add(static_cast<std::uint64_t>(std::max(status.not_alive_count_change(), 0)), std::memory_order_relaxed);
+    };
+  }
+  [[nodiscard]] ReaderEvents now() const {
+    return {deadlines_missed.load(std::memory_order_relaxed), liveliness_lost.load(std::memory_order_relaxed)};
+  }
+};
 
 /// Where a sample of the closed loop goes: a measurement to one process, an actuation to the plant.
 template <class T>
@@ -93,14 +124,43 @@ template <>
 struct LoopOf<Measurement> {
   using Wire = consort_wire_Measurement;
   static constexpr const char* topic = "consort_measurement";
+  static constexpr std::size_t senders = 1;
   static std::string partition(std::uint32_t process) { return "process" + std::to_string(process); }
 };
 template <>
 struct LoopOf<Actuation> {
   using Wire = consort_wire_Actuation;
   static constexpr const char* topic = "consort_actuation";
+  static constexpr std::size_t senders = kMostKept;  // every process
   static std::string partition(std::uint32_t) { return "plant"; }
 };
+
+/// Decodes one sample for whoever takes it, if its writer belongs to the run and no bound is broken; else it is counted.
+template <class Wire, class Use>
+void take(Gate& gate, const dds::sub::Sample<Wire>& sample, Use&& use) {
+  const Gate::Handle writer = sample.info().publication_handle();
+  if (!gate.admits(writer)) return;
+  try {
+    use(decode(sample.data()));
+  } catch (const Rejected& broken) {
+    gate.refuse(writer, broken.what());
+  }
+}
+
+/// A reader's doorkeeper hears of every match.
+auto judge_writers(Gate& gate, std::function<void(std::size_t)> on_matched = {}) {
+  return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::SubscriptionMatchedStatus& status) {
+    const Gate::Matches matches = gate.matched(status.last_publication_handle(), status.current_count_change());
+    if (on_matched) on_matched(matches.now);
+  };
+}
+
+/// As judge_writers, of a writer.
+auto judge_readers(Gate& gate, std::function<void(Gate::Matches)> on_matched) {
+  return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::PublicationMatchedStatus& status) {
+    on_matched(gate.matched(status.last_subscription_handle(), status.current_count_change()));
+  };
+}
 
 std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.value); }
 
@@ -111,14 +171,14 @@ std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.
 template <class T>
 struct Writer<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  explicit Impl(const dds::domain::DomainParticipant& participant, const dds::pub::qos::PublisherQos& where = {})
+  explicit Impl(const Participant& participant, const dds::pub::qos::PublisherQos& where = {})
       : writer(dds::pub::Publisher(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::pub::qos::DataWriterQos>()) {}
+               steering_qos<dds::pub::qos::DataWriterQos>() << participant.badge(TopicOf<T>::name)) {}
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-Writer<T>::Writer(const dds::domain::DomainParticipant& participant) : impl_(std::make_unique<Impl>(participant)) {}
+Writer<T>::Writer(const Participant& participant) : impl_(std::make_unique<Impl>(participant)) {}
 template <class T>
 Writer<T>::~Writer() = default;
 template <class T>
@@ -131,6 +191,11 @@ void Writer<T>::write(const T& value) {
 }
 
 template <class T>
+std::uint64_t Writer<T>::sent_again_bytes() const {
+  return impl_->writer.retransmitted_bytes();
+}
+
+template <class T>
 bool Writer<T>::wait_for_acknowledgments(double seconds) {
   return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
 }
@@ -138,50 +203,35 @@ bool Writer<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct Reader<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched,
+  Impl(const Participant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched,
        const dds::sub::qos::SubscriberQos& where = {})
-      : reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>(), listener(std::move(on_data), std::move(on_matched))) {}
+      : gate(participant, TopicOf<T>::name, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<T>::name), listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) read(sample.data(), on_data);
+        for (const auto& sample : samples) take(gate, sample, on_data);
       }
     };
-    if (on_matched) {
-      result.on_subscription_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-        on_matched(status.current_count());
-      };
-    }
+    result.on_subscription_matched = judge_writers(gate, std::move(on_matched));
     return result;
   }
 
-  void read(const Wire& sample, const std::function<void(T&&)>& on_data) {
-    try {
-      on_data(decode(sample));
-    } catch (const Rejected&) {
-      rejected.fetch_add(1, std::memory_order_relaxed);
-    }
-  }
-
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
   dds::sub::DataReader<Wire> reader;
 };
 
 template <class T>
-Reader<T>::Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+Reader<T>::Reader(const Participant& participant, std::function<void(T&&)> on_data,
                   std::function<void(std::size_t)> on_matched)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_matched))) {}
 template <class T>
 Reader<T>::~Reader() = default;
 template <class T>
 Reader<T>::Reader(Reader&&) noexcept = default;
-template <class T>
-std::uint64_t Reader<T>::rejected() const {
-  return impl_->rejected.load(std::memory_order_relaxed);
-}
 
 template class Writer<Assignment>;
 template class Writer<PlantAssignment>;
@@ -213,7 +263,7 @@ Partition partitions_of(std::span<const AgentId> agents) {
 struct AnnouncementWriter::Impl : Writer<Layouts>::Impl {
   using Writer<Layouts>::Impl::Impl;
 };
-AnnouncementWriter::AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents)
+AnnouncementWriter::AnnouncementWriter(const Participant& participant, std::span<const AgentId> agents)
     : impl_(std::make_unique<Impl>(participant, dds::pub::qos::PublisherQos() << partitions_of(agents))) {}
 AnnouncementWriter::~AnnouncementWriter() = default;
 AnnouncementWriter::AnnouncementWriter(AnnouncementWriter&&) noexcept = default;
@@ -229,38 +279,43 @@ bool AnnouncementWriter::wait_for_acknowledgments(double seconds) {
 struct AnnouncementReader::Impl : Reader<Layouts>::Impl {
   using Reader<Layouts>::Impl::Impl;
 };
-AnnouncementReader::AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+AnnouncementReader::AnnouncementReader(const Participant& participant, std::span<const AgentId> senders,
                                        std::function<void(Layouts&&)> on_data)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::function<void(std::size_t)>{},
                                    dds::sub::qos::SubscriberQos() << partitions_of(senders))) {}
 AnnouncementReader::~AnnouncementReader() = default;
 AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
-std::uint64_t AnnouncementReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
 
 // --- information ------------------------------------------------------------------------------------------------------
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const dds::domain::DomainParticipant& participant, AgentId sender, std::function<void(std::size_t)> on_matched)
+  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched,
+       const std::optional<Delivery>& delivery)
       : agent(sender),
+        gate(participant, kInformationTopic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::pub::qos::DataWriterQos>(),
-               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-                 on_matched(status.total_count());
-               }}) {}
+               dds::topic::Topic<Wire>(participant, kInformationTopic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(kInformationTopic),
+               {.on_publication_matched =
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {
+  }
   AgentId agent;
+  Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent,
-                                     std::function<void(std::size_t)> on_matched)
-    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched))) {}
+InformationWriter::InformationWriter(const Participant& participant, AgentId agent,
+                                     std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
 
 void InformationWriter::write(std::uint32_t epoch, Round round, std::span<const double> values) {
   impl_->writer.write(encode(Information{epoch, impl_->agent, round, values}));
 }
+
+std::uint64_t InformationWriter::sent_again_bytes() const { return impl_->writer.retransmitted_bytes(); }
 
 bool InformationWriter::wait_for_acknowledgments(double seconds) {
   return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
@@ -270,10 +325,14 @@ struct InformationReader::Burst::Impl {
   using Wire = consort_wire_Information;
   static constexpr std::size_t kBatch = 32;
 
-  Impl(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst)
-      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), information_qos<dds::sub::qos::DataReaderQos>(),
-               listener(std::move(on_burst))) {}
+  Impl(const Participant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
+       const std::optional<Delivery>& delivery)
+      : gate(participant, kInformationTopic, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions(senders)),
+               dds::topic::Topic<Wire>(participant, kInformationTopic),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, senders.empty() ? kMostKept : senders.size())
+                   << participant.badge(kInformationTopic),
+               listener(std::move(on_burst), delivery.has_value())) {}
 
   static Partition partitions(std::span<const AgentId> senders) {
     std::vector<std::string> names;
@@ -282,8 +341,9 @@ struct InformationReader::Burst::Impl {
     return Partition(names);
   }
 
-  dds::sub::DataReaderListener<Wire> listener(std::function<void(Burst&)> on_burst) {
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(Burst&)> on_burst, bool realtime) {
     dds::sub::DataReaderListener<Wire> result;
+    if (realtime) events.listen(result);
     result.on_data_available = [this, on_burst = std::move(on_burst)](dds::sub::DataReader<Wire>& from) {
       source = &from;
       source->take_into(batch);
@@ -291,10 +351,12 @@ struct InformationReader::Burst::Impl {
       Burst burst(*this);
       on_burst(burst);
     };
+    result.on_subscription_matched = judge_writers(gate);
     return result;
   }
 
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
+  EventCount events;
   dds::sub::SampleBatch<Wire, kBatch> batch;
   dds::sub::SampleBatch<Wire, kBatch>::iterator next = batch.end();
   dds::sub::DataReader<Wire>* source = nullptr;  // set while a burst is being read
@@ -311,12 +373,12 @@ bool InformationReader::Burst::next(Information& message) {
     }
     const auto sample = *impl_.next;
     ++impl_.next;
-    try {
-      message = decode(sample.data());
-      return true;
-    } catch (const Rejected&) {
-      impl_.rejected.fetch_add(1, std::memory_order_relaxed);
-    }
+    bool taken = false;
+    take(impl_.gate, sample, [&](const Information& information) {
+      message = information;
+      taken = true;
+    });
+    if (taken) return true;
   }
 }
 
@@ -324,31 +386,35 @@ struct InformationReader::Impl : Burst::Impl {
   using Burst::Impl::Impl;
 };
 
-InformationReader::InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
-                                     std::function<void(Burst&)> on_burst)
-    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst))) {}
+InformationReader::InformationReader(const Participant& participant, std::span<const AgentId> senders,
+                                     std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst), delivery)) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
-std::uint64_t InformationReader::rejected() const { return impl_->rejected.load(std::memory_order_relaxed); }
+ReaderEvents InformationReader::events() const { return impl_->events.now(); }
 
 // --- the closed loop --------------------------------------------------------------------------------------------------
 
 template <class T>
 struct LoopWriter<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched)
-      : writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::pub::qos::DataWriterQos>(),
-               {.on_publication_matched = [on_matched = std::move(on_matched)](auto&, const auto& status) {
-                 on_matched(status.current_count());
-               }}) {}
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+       const std::optional<Delivery>& delivery)
+      : gate(participant, LoopOf<T>::topic, Gate::Kind::readers),
+        writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(LoopOf<T>::topic),
+               {.on_publication_matched =
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {
+  }
+  Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-LoopWriter<T>::LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process,
-                          std::function<void(std::size_t)> on_matched)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched))) {}
+LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process,
+                          std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
 template <class T>
 LoopWriter<T>::~LoopWriter() = default;
 template <class T>
@@ -359,6 +425,11 @@ void LoopWriter<T>::write(const T& value) {
 }
 
 template <class T>
+std::uint64_t LoopWriter<T>::sent_again_bytes() const {
+  return impl_->writer.retransmitted_bytes();
+}
+
+template <class T>
 bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
   return impl_->writer.wait_for_acknowledgments(Duration::from_secs(seconds));
 }
@@ -366,41 +437,42 @@ bool LoopWriter<T>::wait_for_acknowledgments(double seconds) {
 template <class T>
 struct LoopReader<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
-      : reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), information_qos<dds::sub::qos::DataReaderQos>(),
-               listener(std::move(on_data))) {}
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+       const std::optional<Delivery>& delivery)
+      : gate(participant, LoopOf<T>::topic, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << Partition(LoopOf<T>::partition(process))),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
+               information_qos<dds::sub::qos::DataReaderQos>(delivery, LoopOf<T>::senders) << participant.badge(LoopOf<T>::topic),
+               listener(std::move(on_data), delivery.has_value())) {}
 
-  dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data) {
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(const T&)> on_data, bool realtime) {
     dds::sub::DataReaderListener<Wire> result;
+    if (realtime) events.listen(result);
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) {
-          try {
-            on_data(decode(sample.data()));
-          } catch (const Rejected&) {
-            rejected.fetch_add(1, std::memory_order_relaxed);
-          }
-        }
+        for (const auto& sample : samples) take(gate, sample, on_data);
       }
     };
+    result.on_subscription_matched = judge_writers(gate);
     return result;
   }
 
-  std::atomic<std::uint64_t> rejected{0};
+  Gate gate;
+  EventCount events;
   dds::sub::DataReader<Wire> reader;
 };
 
 template <class T>
-LoopReader<T>::LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_data))) {}
+LoopReader<T>::LoopReader(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+                          const std::optional<Delivery>& delivery)
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_data), delivery)) {}
 template <class T>
 LoopReader<T>::~LoopReader() = default;
 template <class T>
 LoopReader<T>::LoopReader(LoopReader&&) noexcept = default;
 template <class T>
-std::uint64_t LoopReader<T>::rejected() const {
-  return impl_->rejected.load(std::memory_order_relaxed);
+ReaderEvents LoopReader<T>::events() const {
+  return impl_->events.now();
 }
 
 template class LoopWriter<Measurement>;

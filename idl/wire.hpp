@@ -1,10 +1,11 @@
 #pragma once
-/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated;
-/// what breaks a bound of consort.idl is dropped, counted and named (`rejected()`), never passed on.
+/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated: what
+/// comes from outside the run or breaks a bound of consort.idl is dropped, counted and named (Participant::take_refusals), never passed on.
 
 #include "core/announcements.hpp"
 #include "core/plant_task.hpp"
 #include "core/trace.hpp"
+#include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
 
@@ -36,6 +37,14 @@ struct Member {
   Attendance presence;
 };
 
+/// How samples are delivered in real time. In lockstep they are reliable, and all are kept.
+struct Delivery {
+  bool reliable = false;
+  std::uint32_t history = 1;
+  Seconds lifespan = 1.0;  ///< how long a message may be used
+  Seconds deadline = 1.0, liveliness_lease = 1.0;
+};
+
 /// One part of a run's assignment; part p of `parts` holds some of the members.
 struct Assignment {
   std::uint32_t part = 0, parts = 1, epoch = 0;
@@ -47,11 +56,13 @@ struct Assignment {
   Values parameters;
   LinkSpec standard_link;
   std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
-  std::uint32_t largest_state = 0;              ///< n_j of the largest part of the plant; 0 without one
-  bool relays = false;                          ///< what others announced is passed on to whoever reads an agent
-  bool steers = false;                          ///< the plant waits for every agent's actuation
-  bool plant = false;                           ///< there is a plant: whoever measures waits for it
-  std::map<AgentId, Round> joining;             ///< agents that join on the way, and when: nobody waits to meet them before
+  std::uint32_t largest_state = 0;   ///< n_j of the largest part of the plant; 0 without one
+  bool relays = false;               ///< what others announced is passed on to whoever reads an agent
+  bool steers = false;               ///< the plant waits for every agent's actuation
+  bool plant = false;                ///< there is a plant: whoever measures waits for it
+  bool realtime = false;             ///< the wall clock paces the rounds
+  Delivery delivery;
+  std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
   std::vector<Member> members;
 };
 
@@ -60,6 +71,8 @@ struct PlantAssignment {
   std::uint32_t part = 0, parts = 1, epoch = 0;
   Round rounds = 0, report_interval = 1;
   bool steered = false;
+  bool realtime = false;
+  Delivery delivery;
   PlantTask task;                         ///< `parts` of the agents named by `agents`, in that order
   std::vector<AgentId> agents;            ///< ascending
   std::vector<std::uint32_t> process_of;  ///< by position in `agents`: lowest id among the agents hosted together with it
@@ -75,13 +88,16 @@ struct Grant {
   std::uint32_t epoch = 0;
   Round until = 0, report_at = 0;
   std::vector<Segment> segments;
+  std::uint64_t start_ns = 0;  ///< realtime: wall clock of round 0; the segments are then all that hold from the current round on
+  bool whole = false;  ///< the report at report_at says how each agent stands, and its links
 };
 
-enum class Order : std::uint8_t { status, finish, shutdown, departed };
+enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back };
 struct Command {
   std::uint32_t epoch = 0;
   Order order = Order::status;
-  std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending
+  std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending; come_back: who does
+  Round round = 0;                   ///< come_back: from this one on
 };
 
 /// A view: `values` is valid during the call it is handed to.
@@ -140,6 +156,10 @@ struct Telemetry {
   bool last = false;
   std::vector<MemberReport> members;
   std::vector<LinkReport> links;
+  std::vector<Refusal> refusals = {};  ///< since the telemetry before
+  Round round = 0;  ///< of its slowest agent
+  std::vector<NetworkTotals> network;
+  Performance performance;  ///< `process` is above
 };
 
 /// Writes one topic with the QoS that topic has. T: Assignment, PlantAssignment, Grant, Command, Layouts, Presence, Telemetry.
@@ -149,10 +169,11 @@ class Writer {
   friend class AnnouncementWriter;
 
  public:
-  explicit Writer(const dds::domain::DomainParticipant& participant);
+  explicit Writer(const Participant& participant);
   ~Writer();
   Writer(Writer&&) noexcept;
   void write(const T& value);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
@@ -161,18 +182,17 @@ class Writer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers are
-/// matched.
+/// Reads one topic. `on_data` runs on DDS's receive thread for every valid sample; it must not block. `on_matched(n)`: now n writers of the
+/// run are matched.
 template <class T>
 class Reader {
   friend class AnnouncementReader;
 
  public:
-  Reader(const dds::domain::DomainParticipant& participant, std::function<void(T&&)> on_data,
+  Reader(const Participant& participant, std::function<void(T&&)> on_data,
          std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;
@@ -183,7 +203,7 @@ class Reader {
 /// on). Whoever connects late still gets each of them.
 class AnnouncementWriter {
  public:
-  AnnouncementWriter(const dds::domain::DomainParticipant& participant, std::span<const AgentId> agents);
+  AnnouncementWriter(const Participant& participant, std::span<const AgentId> agents);
   ~AnnouncementWriter();
   AnnouncementWriter(AnnouncementWriter&&) noexcept;
   void write(const Layouts& value);
@@ -198,31 +218,43 @@ class AnnouncementWriter {
 class AnnouncementReader {
  public:
   /// What the processes of the `senders` write. `on_data` runs on a receive thread; it must not block.
-  AnnouncementReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
+  AnnouncementReader(const Participant& participant, std::span<const AgentId> senders,
                      std::function<void(Layouts&&)> on_data);
   ~AnnouncementReader();
   AnnouncementReader(AnnouncementReader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes) have been matched so far; those that have
-/// left count.
+/// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes of the run) have been matched so far; those
+/// that have left count.
 class InformationWriter {
  public:
-  InformationWriter(const dds::domain::DomainParticipant& participant, AgentId agent, std::function<void(std::size_t)> on_matched);
+  /// `delivery`: in real time; else reliable, and all is kept.
+  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+                    const std::optional<Delivery>& delivery = {});
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
   void write(std::uint32_t epoch, Round round, std::span<const double> values);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
+};
+
+/// What DDS told a reader in real time.
+struct ReaderEvents {
+  std::uint64_t deadlines_missed = 0, liveliness_lost = 0;
+  ReaderEvents& operator+=(const ReaderEvents& other) {
+    deadlines_missed += other.deadlines_missed;
+    liveliness_lost += other.liveliness_lost;
+    return *this;
+  }
 };
 
 /// The Information of some agents (of all, if `senders` is empty), handed over in bursts on a receive thread. No allocation in steady
@@ -241,27 +273,30 @@ class InformationReader {
     explicit Burst(Impl& impl) : impl_(impl) {}
     Impl& impl_;
   };
-  InformationReader(const dds::domain::DomainParticipant& participant, std::span<const AgentId> senders,
-                    std::function<void(Burst&)> on_burst);
+  InformationReader(const Participant& participant, std::span<const AgentId> senders,
+                    std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery = {});
   ~InformationReader();
   InformationReader(InformationReader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
+  [[nodiscard]] ReaderEvents events() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// One end of the closed loop: writes and reads bare numbers of a round, point to point. `on_matched(n)`: now n readers are matched.
+/// One end of the closed loop: writes and reads bare numbers of a round, point to point. `on_matched(n)`: now n readers of the
+/// run are matched.
 /// The plant has a MeasurementWriter per process and one ActuationReader; a process has one MeasurementReader and one ActuationWriter.
 template <class T>
 class LoopWriter {
  public:
   /// Measurement: to the process of that name alone. Actuation: to the plant.
-  LoopWriter(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched);
+  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+             const std::optional<Delivery>& delivery = {});
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;
   void write(const T& value);
+  [[nodiscard]] std::uint64_t sent_again_bytes() const;
   /// Blocks until every matched reader has acknowledged, or `seconds` have passed; says which.
   bool wait_for_acknowledgments(double seconds);
 
@@ -274,10 +309,11 @@ template <class T>
 class LoopReader {
  public:
   /// Measurement: those of process `process`. Actuation: everybody's. `on_data` runs on a receive thread; it must not block.
-  LoopReader(const dds::domain::DomainParticipant& participant, std::uint32_t process, std::function<void(const T&)> on_data);
+  LoopReader(const Participant& participant, std::uint32_t process, std::function<void(const T&)> on_data,
+             const std::optional<Delivery>& delivery = {});
   ~LoopReader();
   LoopReader(LoopReader&&) noexcept;
-  [[nodiscard]] std::uint64_t rejected() const;
+  [[nodiscard]] ReaderEvents events() const;
 
  private:
   struct Impl;

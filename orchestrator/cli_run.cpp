@@ -1,4 +1,5 @@
 #include "agent/registry.hpp"
+#include "idl/trust.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/findings.hpp"
@@ -86,6 +87,8 @@ class Scribe : public RunObserver {
     unfinished_.reset();
   }
 
+  void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
+
   void note(const std::string& text) {
     if (progress_) progress_->note(text);
   }
@@ -161,7 +164,8 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
         "A hundred simulations on all cores: mean ± std of each metric."},
        {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
        {"consort run ring.yaml --external 7 --name demo --domain 3",
-        "Everybody but agent 7, which is then started by hand: consort-agent --id 7 --run demo --domain 3"}},
+        "Everybody but agent 7, which is then started by hand; the line to do it with is printed, and holds the run's key (taken from "
+        "CONSORT_KEY where that is set)."}},
       {{"0", "all criteria are met"},
        {"1", "a criterion was not met"},
        {"2", "bad input: the command line or the experiment file; nothing was run"},
@@ -169,9 +173,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
        {"4", "timed out; the text says who was missing or who waited for whom"},
        {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
   app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
-  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes. Default: the file's.")
+  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the wall clock, a round every dt. Default: the file's.")
       ->type_name("MODE")
-      ->check(CLI::IsMember({"simulate", "lockstep"}));
+      ->check(CLI::IsMember({"simulate", "lockstep", "realtime"}));
   app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
   app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
   app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")
@@ -197,7 +201,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 
 void RunVerb::check_options() const {
   if (experiment_.mode == Mode::simulate && !external_.empty())
-    throw ConfigError("--external: found mode simulate; allowed: mode lockstep, where agents are processes");
+    throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
@@ -219,6 +223,8 @@ RunOptions RunVerb::options() const {
   options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
   options.interface = interface_;
+  options.key = wire::RunKey::secret_of_environment().value_or("");
+  if (options.key.empty()) options.key = wire::RunKey::random_secret();
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";
@@ -243,7 +249,7 @@ std::vector<Finding> RunVerb::examined() const {
 Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
 
 Exit RunVerb::execute() {
-  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : Mode::lockstep;
+  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
   experiment_ = load_experiment(file_, overrides_);
   check_options();
   const std::vector<Finding> findings = examined();
@@ -260,13 +266,15 @@ Exit RunVerb::execute() {
     scribe_->note(told(findings));
   }
   const RunOptions run_options = options();
+  const std::string key = fmt::format("{}={} ", wire::RunKey::kVariable, run_options.key);
   if (run_options.external_plant)
-    scribe_->note(fmt::format("waiting for the plant: consort-plant --run {} --domain {}", run_options.run_name, run_options.domain));
+    scribe_->note(
+        fmt::format("waiting for the plant: {}consort-plant --run {} --domain {}", key, run_options.run_name, run_options.domain));
   if (!run_options.external.empty()) {
     std::vector<std::uint32_t> ids;
     for (const AgentId agent : run_options.external) ids.push_back(agent.value);
-    scribe_->note(fmt::format("waiting for agent{} {}: consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
-                              fmt::join(ids, ", "), run_options.run_name, run_options.domain));
+    scribe_->note(fmt::format("waiting for agent{} {}: {}consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
+                              fmt::join(ids, ", "), key, run_options.run_name, run_options.domain));
   }
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));

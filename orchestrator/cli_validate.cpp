@@ -19,7 +19,7 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
   nlohmann::ordered_json json;
   json["valid"] = true;
   json["experiment"] = experiment.name;
-  json["mode"] = experiment.mode == Mode::simulate ? "simulate" : "lockstep";
+  json["mode"] = std::string(name_of(experiment.mode));
   json["seed"] = experiment.seed.value;
   json["runs"] = experiment.runs;
   json["rounds"] = experiment.rounds;

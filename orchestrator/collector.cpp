@@ -11,7 +11,10 @@ Collector::Collector(std::size_t agents, std::size_t dimension, Round rounds, Ro
       state_dimension_(state_dimension),
       rounds_(rounds),
       interval_(report_interval),
-      presence_(presence) {}
+      presence_(presence) {
+  for (const auto& [agent, attendance] : presence_)
+    for (const Attendance& stay : attendance.stays()) ends_.insert(stay.until);
+}
 
 Round Collector::round_of(std::size_t number) const {
   return static_cast<Round>(std::min<std::uint64_t>(std::uint64_t{number} * interval_, rounds_));
@@ -32,39 +35,61 @@ void Collector::fill_absent(Half& half, AgentId agent, const Last& last) {
   ++half.count;
 }
 
-Collector::Half Collector::new_half(Round k, std::size_t dimension, const std::map<AgentId, Last>& last) const {
+Collector::Half Collector::new_half(Round k, std::size_t dimension, const LastWords& last) const {
   Half half{std::vector<double>(agents_ * dimension), std::vector<std::uint64_t>(agents_), std::vector<AgentCounters>(agents_),
             std::vector<bool>(agents_), 0};
   for (const auto& [agent, attendance] : presence_) {
-    if (k < attendance.from) fill_absent(half, agent, {HistoryHash{}.value(), {}});
-    const auto left = last.find(agent);
-    if (k >= attendance.until && left != last.end()) fill_absent(half, agent, left->second);
+    if (attendance.holds(k)) continue;
+    if (k < attendance.from) {
+      fill_absent(half, agent, {HistoryHash{}.value(), {}});
+      continue;
+    }
+    Round ended = attendance.until;
+    for (const Attendance& stay : attendance.again)
+      if (stay.until <= k) ended = stay.until;
+    const auto words = last.find(agent);
+    if (words == last.end()) continue;
+    if (const auto left = words->second.find(ended); left != words->second.end()) fill_absent(half, agent, left->second);
   }
   return half;
 }
 
 Collector::Row Collector::new_row(Round k) const {
   Half agents = new_half(k, dimension_, last_agents_);
-  for (const auto& [agent, gone] : departed_)
-    if (k >= gone.from) fill_absent(agents, agent, gone.last);
+  for (const auto& [agent, departures] : departed_)
+    for (const Departed& gone : departures)
+      if (k >= gone.from && k < gone.until) fill_absent(agents, agent, gone.last);
   return {std::move(agents), state_dimension_ > 0 ? new_half(k, state_dimension_, last_plant_) : Half{}};
 }
 
 void Collector::depart(std::span<const AgentId> agents) {
   for (const AgentId agent : agents) {
     const auto newest = newest_.find(agent);
-    const Departed gone = newest == newest_.end() ? Departed{0, {HistoryHash{}.value(), {}}} : newest->second;
-    if (!departed_.emplace(agent, gone).second) continue;
+    Departed gone = newest == newest_.end() ? Departed{0, {HistoryHash{}.value(), {}}} : newest->second;
+    std::vector<Departed>& departures = departed_[agent];
+    if (!departures.empty() && gone.from < departures.back().until) continue;  // known
+    for (const Attendance& stay : attendance_of(agent).again)
+      if (stay.from > gone.from) gone.until = std::min(gone.until, stay.from);
+    departures.push_back(gone);
+    last_agents_[agent].emplace(gone.from, gone.last);
     for (std::size_t r = 0; r < rows_.size(); ++r)
-      if (round_of(first_ + r) >= gone.from) fill_absent(rows_[r].agents, agent, gone.last);
+      if (round_of(first_ + r) >= gone.from && round_of(first_ + r) < gone.until) fill_absent(rows_[r].agents, agent, gone.last);
   }
 }
 
-/// An agent has said its last word: it holds for every later round.
-void Collector::keep_last(AgentId agent, Round from, const Last& last, bool of_plant) {
-  (of_plant ? last_plant_ : last_agents_).emplace(agent, last);
+/// An agent has said the last word of a stay: it holds until it comes back.
+void Collector::keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant) {
+  (of_plant ? last_plant_ : last_agents_)[agent].emplace(stay.until, last);
+  const Attendance attendance = attendance_of(agent);
   for (std::size_t r = 0; r < rows_.size(); ++r)
-    if (round_of(first_ + r) >= from) fill_absent(of_plant ? rows_[r].plant : rows_[r].agents, agent, last);
+    if (round_of(first_ + r) >= stay.until && !attendance.holds(round_of(first_ + r))) fill_absent(of_plant ? rows_[r].plant : rows_[r].agents, agent, last);
+}
+
+AgentCounters Collector::of_earlier_stays(AgentId agent, Round k) const {
+  const auto words = last_agents_.find(agent);
+  if (words == last_agents_.end()) return {};
+  const auto after = words->second.lower_bound(k);  // a stay that ends in round k is the one that speaks
+  return after == words->second.begin() ? AgentCounters{} : std::prev(after)->second.counters;
 }
 
 void Collector::add(const wire::MemberReport& report, bool of_plant) {
@@ -74,13 +99,18 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     return;
   }
   const Attendance attendance = attendance_of(report.agent);
+  const std::vector<Attendance> stays = attendance.stays();
   for (std::size_t r = 0; r < report.rounds.size(); ++r) {
     const Round k = report.rounds[r];
-    if (k == attendance.until) {
-      keep_last(report.agent, k, {report.hashes[r], report.counters[r]}, of_plant);
+    AgentCounters counters = report.counters[r];
+    if (!of_plant) counters += of_earlier_stays(report.agent, k);
+    const auto ended = std::find_if(stays.begin(), stays.end(), [k](const Attendance& stay) { return stay.until == k; });
+    if (ended != stays.end()) {
+      keep_last(report.agent, *ended, {report.hashes[r], counters}, of_plant);
       continue;
     }
     const std::size_t number = number_of(k);
+    if (!is_reported(k) && ends_.contains(k)) continue;
     if (!is_reported(k) || number < first_ || !attendance.holds(k)) {
       ++left_out_;
       continue;
@@ -88,7 +118,7 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     while (rows_.size() <= number - first_) rows_.push_back(new_row(round_of(first_ + rows_.size())));
     Half& half = of_plant ? rows_[number - first_].plant : rows_[number - first_].agents;
     if (half.here[agent]) {
-      ++left_out_;
+      left_out_ += half.hashes[agent] == report.hashes[r] ? 0 : 1;
       continue;
     }
     half.here[agent] = true;
@@ -96,8 +126,8 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     std::copy_n(report.estimates.begin() + static_cast<std::ptrdiff_t>(r * dimension), dimension,
                 half.numbers.begin() + static_cast<std::ptrdiff_t>(agent * dimension));
     half.hashes[agent] = report.hashes[r];
-    if (!of_plant) newest_[report.agent] = {k + 1, {report.hashes[r], report.counters[r]}};
-    half.counters[agent] = report.counters[r];
+    if (!of_plant) newest_[report.agent] = {k + 1, {report.hashes[r], counters}};
+    half.counters[agent] = counters;
   }
 }
 
@@ -109,8 +139,8 @@ void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
     Row row = std::move(rows_.front());
     rows_.pop_front();
     const Round k = round_of(first_++);
-    for (const auto& [agent, gone] : departed_)
-      if (k >= gone.from && state_dimension_ > 0)
+    for (const auto& [agent, departures] : departed_)
+      if (state_dimension_ > 0 && std::any_of(departures.begin(), departures.end(), [k](const Departed& gone) { return k >= gone.from && k < gone.until; }))
         std::fill_n(row.plant.numbers.begin() + static_cast<std::ptrdiff_t>(index_of(agent) * state_dimension_), state_dimension_, kAbsent);
     if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes})) return;
   }

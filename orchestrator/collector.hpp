@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <set>
 #include <vector>
 
 namespace consort {
@@ -18,7 +19,7 @@ class Collector {
   Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension = 0,
             const std::map<AgentId, Attendance>& presence = {});
 
-  /// Takes one agent's reports, or (`of_plant`) those of its part of the plant. What does not fit the run (unknown agent, wrong size, a
+  /// Takes one agent's reports (of who has come back: what it counted in earlier stays is added), or (`of_plant`) those of its part of the plant. What does not fit the run (unknown agent, wrong size, a
   /// round not reported, twice) is counted and left out.
   void add(const wire::MemberReport& report, bool of_plant = false);
   /// These agents are gone: what they have reported counts; from then on they, and their parts of the plant, are absent.
@@ -47,11 +48,13 @@ class Collector {
     std::uint64_t hash;
     AgentCounters counters;
   };
+  using LastWords = std::map<AgentId, std::map<Round, Last>>;  // of each stay, by the round in which it ended
   [[nodiscard]] Row new_row(Round k) const;
-  [[nodiscard]] Half new_half(Round k, std::size_t dimension, const std::map<AgentId, Last>& last) const;
+  [[nodiscard]] Half new_half(Round k, std::size_t dimension, const LastWords& last) const;
   static void fill_absent(Half& half, AgentId agent, const Last& last);
   [[nodiscard]] Attendance attendance_of(AgentId agent) const;
-  void keep_last(AgentId agent, Round from, const Last& last, bool of_plant);
+  void keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant);
+  [[nodiscard]] AgentCounters of_earlier_stays(AgentId agent, Round k) const;
   [[nodiscard]] bool is_reported(Round k) const { return k <= rounds_ && (k % interval_ == 0 || k == rounds_); }
   [[nodiscard]] std::size_t number_of(Round k) const { return k / interval_ + (k % interval_ != 0 ? 1 : 0); }
   [[nodiscard]] Round round_of(std::size_t number) const;
@@ -59,12 +62,14 @@ class Collector {
   std::size_t agents_, dimension_, state_dimension_;
   Round rounds_, interval_;
   std::map<AgentId, Attendance> presence_;
-  std::map<AgentId, Last> last_agents_, last_plant_;
+  std::set<Round> ends_;  // of stays: every agent may say how it stands then
+  LastWords last_agents_, last_plant_;
   struct Departed {
     Round from;
     Last last;
+    Round until = Attendance{}.until;  // or it begins another stay
   };
-  std::map<AgentId, Departed> departed_;
+  std::map<AgentId, std::vector<Departed>> departed_;
   std::map<AgentId, Departed> newest_;  // of each agent: the round after its newest report, and what that said
   std::size_t first_ = 0;               // number of rows_.front()
   std::deque<Row> rows_;

@@ -24,10 +24,7 @@ class EventTeller {
     if (experiment.plant)
       for (const Disturbance& disturbance : experiment.plant->disturbances)
         if (disturbance.first > 0) events_.push_back({disturbance.first, "degrade", words_of_degradation(disturbance)});
-    for (const auto& [agent, presence] : experiment.presence) {
-      if (presence.from > 0) events_.push_back({presence.from, "join", fmt::format("agent {}", agent.value)});
-      if (presence.until < Attendance{}.until) events_.push_back({presence.until, "leave", fmt::format("agent {}", agent.value)});
-    }
+    for (const ProcessEvent& event : process_events(experiment)) events_.push_back({event.round, event.kind, fmt::format("agent {}", event.agent.value)});
     std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }
   void report(const RoundReport& report) {

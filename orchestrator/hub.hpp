@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 namespace consort {
 
@@ -20,9 +21,9 @@ class Hub {
     std::function<void(wire::Telemetry&&)> on_telemetry;
   };
   /// `domain` is the number within this process. Throws dds::core::Exception.
-  Hub(unsigned domain, const std::string& configuration, const Callbacks& callbacks)
+  Hub(unsigned domain, const std::string& configuration, const wire::RunKey& key, const Callbacks& callbacks)
       : domain_(domain, configuration),
-        participant_(domain_),
+        participant_(dds::domain::DomainParticipant(domain_), key),
         assignments(participant_),
         plant_assignments(participant_),
         grants(participant_),
@@ -31,12 +32,12 @@ class Hub {
         layouts_(participant_, callbacks.on_layouts),
         telemetry_(participant_, callbacks.on_telemetry) {}
 
-  /// Samples received that broke a bound of the wire.
-  [[nodiscard]] std::uint64_t rejected() const { return presence_.rejected() + layouts_.rejected() + telemetry_.rejected(); }
+  /// What this end would not take, since the last call.
+  std::vector<Refusal> take_refusals() { return participant_.take_refusals(); }
 
  private:
   dds::domain::Domain domain_;
-  dds::domain::DomainParticipant participant_;
+  wire::Participant participant_;
 
  public:
   wire::Writer<wire::Assignment> assignments;

@@ -70,11 +70,31 @@ std::string Death::text() const {
   return out + (log_tail.empty() ? "; its log is empty" : "; the last lines of its log:\n" + log_tail);
 }
 
-void Children::start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments) {
+namespace {
+
+/// This process's environment with some variables changed, each "NAME=value".
+std::vector<std::string> environment_with(const std::map<std::string, std::string>& changes) {
+  std::vector<std::string> result;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view text(*entry);
+    if (!changes.contains(std::string(text.substr(0, text.find('='))))) result.emplace_back(text);
+  }
+  for (const auto& [name, value] : changes) result.push_back(name + "=" + value);
+  return result;
+}
+
+}  // namespace
+
+void Children::start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
+                     const std::map<std::string, std::string>& environment) {
   const std::string program = executable.string(), log = (log_directory_ / (name + ".log")).string();
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
+  std::vector<std::string> variables = environment_with(environment);
+  std::vector<char*> envp;
+  for (std::string& variable : variables) envp.push_back(variable.data());
+  envp.push_back(nullptr);
   if (access(program.c_str(), X_OK) != 0) throw RunError("cannot start " + program + ": " + std::strerror(errno));
   // posix_spawn does not copy this process's page tables, which a fork for each of a thousand children would.
   posix_spawn_file_actions_t files;
@@ -92,13 +112,18 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   posix_spawnattr_setpgroup(&attributes, group_);
   const SameAddresses same_addresses;
   pid_t pid = 0;
-  const int failure = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), environ);
+  const int failure = posix_spawn(&pid, program.c_str(), &files, &attributes, argv.data(), envp.data());
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   if (failure != 0) throw RunError("cannot start " + name + ": " + std::strerror(failure) + "; `consort doctor` checks the limits");
   if (group_ == 0) group_ = pid;
   children_.push_back({name, pid});
   ++alive_;
+}
+
+void Children::signal(const std::string& name, int signal) {
+  const auto child = std::find_if(children_.rbegin(), children_.rend(), [&](const Child& c) { return c.name == name && !c.ended; });
+  if (child != children_.rend()) kill(child->pid, signal);
 }
 
 std::optional<Death> Children::next_death() {
@@ -134,6 +159,7 @@ void Children::signal_all(int signal) const {
 Children::~Children() {
   if (alive_ == 0) return;
   signal_all(SIGTERM);
+  signal_all(SIGCONT);  // who is stopped cannot end
   if (wait_all(kGraceSeconds)) return;
   signal_all(SIGKILL);
   for (Child& child : children_) {

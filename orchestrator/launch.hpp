@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,8 +31,12 @@ class Children {
 
   /// Starts `executable arguments...` with stdout and stderr in <log directory>/<name>.log. The child dies with the calling thread's
   /// process. Throws RunError naming the executable and the reason.
-  void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments);
+  /// `environment`: on top of this process's own.
+  void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
+             const std::map<std::string, std::string>& environment = {});
 
+  /// Sends a signal to the child that was started last under this name, if it lives.
+  void signal(const std::string& name, int signal);
   std::optional<Death> next_death();  ///< somebody who ended since the last call; never blocks
   [[nodiscard]] std::size_t alive() const { return alive_; }
   /// Waits until all have ended by themselves or `seconds` have passed; true if all have.

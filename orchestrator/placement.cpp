@@ -18,16 +18,21 @@ Placement place(const Experiment& experiment) {
   const std::size_t n = experiment.agents;
   placement.support = experiment.schedule(experiment.seed).support(experiment.rounds);
   placement.process_of.resize(n);
+  std::set<AgentId> struck;
+  for (const Fault& fault : experiment.faults) struck.insert(fault.agent);
   std::size_t room = 0;  // in the newest process
   for (std::size_t index = 0; index < n; ++index) {
-    const auto [first, until] = experiment.presence_of(agent_at(index));
-    // Whoever joins together may share a process; nobody shares one with somebody who is there earlier.
-    if (room == 0 || placement.processes.back().first != first) {
-      placement.processes.push_back({{}, {}, first, until});
-      room = experiment.agents_per_process;
+    const Attendance presence = experiment.presence_of(agent_at(index));
+    // Whoever joins together may share a process; nobody shares one with somebody who is there earlier, or whose process meets a fate of
+    // its own.
+    const bool alone = !presence.again.empty() || struck.contains(agent_at(index));
+    if (room == 0 || alone || placement.processes.back().presence.from != presence.from) {
+      placement.processes.push_back({{}, {}, presence});
+      room = alone ? 1 : experiment.agents_per_process;
     }
     --room;
-    placement.processes.back().until = std::max(placement.processes.back().until, until);
+    Round& until = placement.processes.back().presence.until;
+    until = std::max(until, presence.until);
     placement.processes.back().agents.push_back(agent_at(index));
     placement.process_of[index] = placement.processes.size() - 1;
   }

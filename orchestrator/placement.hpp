@@ -10,8 +10,7 @@ namespace consort {
 struct ProcessPlan {
   std::vector<AgentId> agents;          ///< hosted, ascending; the first one names the process
   std::vector<std::size_t> neighbours;  ///< indices of processes it exchanges Information with, ascending
-  Round first = 0;                      ///< round in which the first of its agents begins to take part
-  Round until = 0;                      ///< round in which the last of them takes part no more
+  Attendance presence;                  ///< when somebody of it takes part
 };
 
 struct Placement {

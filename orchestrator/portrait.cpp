@@ -74,11 +74,8 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
     if (choice.variant && choice.name == experiment.protocols.front().name)
       out += fact("", choice.variant->label + ": " + link_text(choice.variant->links), style);
   if (experiment.plant) out += fact("plant", plant_text(*experiment.plant), style);
-  for (const auto& [agent, presence] : experiment.presence) {
-    if (presence.from > 0) out += fact("event", fmt::format("round {}: agent {} joins", presence.from, agent.value), style);
-    if (presence.until < Attendance{}.until)
-      out += fact("event", fmt::format("round {}: agent {} leaves", presence.until, agent.value), style);
-  }
+  for (const ProcessEvent& event : process_events(experiment))
+    out += fact("event", fmt::format("round {}: {} agent {}", event.round, event.kind, event.agent.value), style);
   constexpr std::size_t kShownEdges = 4;
   for (const LinkEvent& event : experiment.link_events)
     out += fact("event", fmt::format("round {}: {} {}", event.round, event.heal ? "heal" : "cut", words_of(event, kShownEdges)), style);

@@ -62,6 +62,17 @@ CREATE TABLE links (             -- one row per run and directed link that agent
   superseded INTEGER NOT NULL,   -- arrived together with the same or a newer message, and not given to the protocol
   PRIMARY KEY (run, sender, receiver)
 ) WITHOUT ROWID;
+CREATE TABLE network (           -- real time: what the network did to a link's messages, apart from the link model
+  run INTEGER NOT NULL, sender INTEGER NOT NULL, receiver INTEGER NOT NULL,
+  sent INTEGER NOT NULL, received INTEGER NOT NULL, lost INTEGER NOT NULL, late INTEGER NOT NULL,
+  duplicated INTEGER NOT NULL, reordered INTEGER NOT NULL,
+  PRIMARY KEY (run, sender, receiver)
+) WITHOUT ROWID;
+CREATE TABLE processes (         -- how each process (0: the plant) kept time, and what it used; times in s; jitter and deadlines: real time only
+  run INTEGER NOT NULL, process INTEGER NOT NULL,
+  periods INTEGER, missed_deadlines INTEGER, missed_inputs INTEGER, jitter_p50 REAL, jitter_p99 REAL, jitter_max REAL,
+  cpu REAL, resident_bytes INTEGER, sent_again_bytes INTEGER, dds_deadlines_missed INTEGER, liveliness_lost INTEGER
+);
 CREATE TABLE events (            -- what happened, in order
   run INTEGER NOT NULL, round INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL
 );
@@ -126,6 +137,8 @@ struct End {
   std::uint64_t hash;
   std::string at;
   std::vector<LinkTotals> links;
+  std::vector<NetworkTotals> network;
+  std::vector<Performance> processes;
 };
 
 /// What waits to be written, in order.
@@ -230,6 +243,32 @@ class Writer {
       link.bind(6, static_cast<std::int64_t>(totals.reordered));
       link.bind(7, static_cast<std::int64_t>(totals.superseded));
       link.execute();
+    }
+    write_network(end);
+    write_processes(end);
+  }
+
+  void write_network(const End& end) {
+    Statement row = database_.prepare("INSERT INTO network VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const auto& [edge, c] : end.network) {
+      int column = 0;
+      for (const std::uint64_t value : {std::uint64_t{end.run}, std::uint64_t{edge.from.value}, std::uint64_t{edge.to.value}, c.sent,
+                                        c.received, c.lost, c.late, c.duplicated, c.reordered})
+        row.bind(column++, static_cast<std::int64_t>(value));
+      row.execute();
+    }
+  }
+
+  void write_processes(const End& end) {
+    Statement row = database_.prepare("INSERT INTO processes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    for (const Performance& p : end.processes) {
+      int column = 0;
+      for (const std::uint64_t value : {std::uint64_t{end.run}, std::uint64_t{p.process}, p.periods, p.missed_deadlines, p.missed_inputs})
+        row.bind(column++, static_cast<std::int64_t>(value));
+      for (const double value : {p.jitter_p50, p.jitter_p99, p.jitter_max, p.cpu}) row.bind(column++, value);
+      for (const std::uint64_t value : {p.resident_bytes, p.sent_again_bytes, p.dds_deadlines_missed, p.liveliness_lost})
+        row.bind(column++, static_cast<std::int64_t>(value));
+      row.execute();
     }
   }
 
@@ -380,7 +419,8 @@ void Record::end_run(const JobOutcome& outcome) {
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
   impl_->hand_over(
-      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), trace.links});
+      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), trace.links, trace.network,
+          trace.processes});
 }
 
 void Record::flush() {

@@ -114,6 +114,12 @@ void Results::add(const JobOutcome& outcome) {
     protocol.metrics.push_back(compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace));
 }
 
+std::uint64_t samples_of(const std::vector<Refusal>& refused) {
+  std::uint64_t sum = 0;
+  for (const Refusal& refusal : refused) sum += refusal.samples;
+  return sum;
+}
+
 Summary Results::summary(const SessionTimes& times, Exit exit, const std::string& error) const {
   Summary summary;
   summary.experiment = experiment_.name;
@@ -126,6 +132,7 @@ Summary Results::summary(const SessionTimes& times, Exit exit, const std::string
   summary.startup_seconds = times.startup_seconds;
   summary.exit = exit;
   summary.error = error;
+  summary.refused = refused_;
   std::uint64_t rounds = 0;
   double seconds = 0.0;
   for (const PerProtocol& protocol : protocols_) {
@@ -159,7 +166,7 @@ std::string to_json(const Summary& summary) {
   json["passed"] = summary.passed();
   json["exit"] = static_cast<int>(summary.exit);
   if (!summary.error.empty()) json["error"] = summary.error;
-  json["mode"] = summary.mode == Mode::simulate ? "simulate" : "lockstep";
+  json["mode"] = std::string(name_of(summary.mode));
   json["seed"] = summary.seed.value;
   json["runs"] = summary.runs;
   json["rounds"] = summary.rounds;
@@ -174,6 +181,16 @@ std::string to_json(const Summary& summary) {
                          {"messages_sent", summary.totals.sent},
                          {"messages_delivered", summary.totals.delivered},
                          {"messages_lost", summary.totals.lost}};
+  json["rejected"] = {{"samples", samples_of(summary.refused)}, {"by", nlohmann::ordered_json::array()}};
+  for (const Refusal& refusal : summary.refused) {
+    nlohmann::ordered_json entry{{"topic", refusal.topic},
+                                 {"reason", refusal.reason == Refusal::Reason::stranger ? "stranger" : "bound"},
+                                 {"participant", refusal.writer},
+                                 {"process", refusal.who},
+                                 {"samples", refusal.samples}};
+    if (!refusal.field.empty()) entry["field"] = refusal.field;
+    json["rejected"]["by"].push_back(std::move(entry));
+  }
   json["output"] = summary.output.string();
   // What a file name or an error text may hold that is not UTF-8 must not cost the summary.
   return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";

@@ -46,6 +46,7 @@ struct Summary {
   std::uint64_t trace_hash = 0;  ///< over the hashes of all runs, in order
   double startup_seconds = 0.0, rounds_per_second = 0.0;
   AgentCounters totals;
+  std::vector<Refusal> refused;  ///< samples that the processes left out
   Exit exit = Exit::ok;
   std::string error;  ///< empty: the run reached its end
   [[nodiscard]] bool passed() const { return exit == Exit::ok; }
@@ -56,6 +57,7 @@ class Results {
  public:
   Results(const Experiment& experiment, std::filesystem::path output);
   void add(const JobOutcome& outcome);  ///< computes the metrics, so the trace need not be kept
+  void keep(const std::vector<Refusal>& refused) { refused_ = refused; }
   /// What is known so far. With `error` empty the criteria are judged and decide between Exit::ok and Exit::criterion_not_met.
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;
 
@@ -67,8 +69,11 @@ class Results {
   Experiment experiment_;  // with the metrics of the final table added to those the user chose
   std::filesystem::path output_;
   std::vector<PerProtocol> protocols_;
+  std::vector<Refusal> refused_;
   HistoryHash hash_;
 };
+
+std::uint64_t samples_of(const std::vector<Refusal>& refused);
 
 /// The text of summary.json, two spaces of indentation. What is not a number is null.
 std::string to_json(const Summary& summary);

@@ -9,7 +9,10 @@
 #include "orchestrator/session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <map>
 #include <set>
 
 namespace consort {
@@ -21,6 +24,13 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 
 constexpr double kFirstGrantRounds = 64;  // before the speed is known
 constexpr double kGrantSeconds = 0.25;    // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
+// Real time:
+constexpr double kStartDelay = 0.3;    // s: the first grant reaches everybody before round 0 begins
+constexpr double kToldAhead = 2.0;     // s: how far ahead the graphs are told
+constexpr double kLastReports = 5.0;   // s: after the last round, for reports that are under way
+constexpr double kJoinLead = 1.0;      // s: a process is started so long before its first round,
+constexpr double kAfterDeath = 0.05;   // s: but after the end of the one before it
+constexpr std::size_t kMostGraphs = 4096;
 constexpr double kStallSeconds = 5.0;     // silence after which the agents are asked whom they wait for
 
 Round round_up(double rounds, Round multiple) {
@@ -67,26 +77,103 @@ class JobRun {
     observer_.run_begins(job_, layouts);
     started_ = Clock::now();
     last_news_ = started_;
-    grant_from(0);
+    if (realtime())
+      set_clock();
+    else
+      grant_from(0);
     while (!over_) {
       session_.step([this](wire::Telemetry&& telemetry) { take(telemetry); });
       if (session_.interrupted()) break;
       notice_losses();
+      if (realtime())
+        keep_pace();
+      else
+        go_on();
       notice_stall();
       tell_remarks();
     }
     JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
     finish();
     tell_remarks();
+    observer_.refused(session_.refusals());
     trace_.converged = stop_.converged();
     outcome.trace = std::move(trace_);
     return outcome;
   }
 
  private:
-  /// Everybody has reported round `reached`: lets the agents go on, sized by the speed seen so far.
+  [[nodiscard]] bool realtime() const { return experiment_.mode == Mode::realtime; }
+
+  /// Real time: round 0 begins in a moment, everywhere at once.
+  void set_clock() {
+    const auto soon = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kStartDelay));
+    started_ = last_news_ = Clock::now() + soon;
+    start_ns_ = static_cast<std::uint64_t>(
+        std::chrono::duration_cast<std::chrono::nanoseconds>((std::chrono::system_clock::now() + soon).time_since_epoch()).count());
+    keep_pace();
+  }
+
+  /// Real time: tells the graphs of the rounds to come, lets happen what is due, and ends the run when its time is up and everybody has
+  /// reported, or has had the time to.
+  void keep_pace() {
+    const double elapsed = seconds_since(started_), rounds = elapsed / experiment_.dt;
+    const Round now = rounds <= 0.0 ? 0 : static_cast<Round>(std::min(rounds, static_cast<double>(experiment_.rounds)));
+    const auto ahead = [&](double seconds) {
+      return static_cast<Round>(std::min(now + std::ceil(seconds / experiment_.dt) + 1.0, static_cast<double>(experiment_.rounds)));
+    };
+    if (granted_ < ahead(kToldAhead / 2.0)) tell_graphs(now, ahead(kToldAhead));
+    meet_faults(elapsed);
+    if (elapsed > experiment_.rounds * experiment_.dt + kLastReports) over_ = true;
+  }
+
+  void tell_graphs(Round first, Round until) {
+    graphs_ = {};  // who comes later has heard of no graph yet
+    wire::Grant grant{epoch_, until, 0, {}, start_ns_};
+    for (Round k = first; k < until;) {
+      const Schedule::Segment segment = schedule_.segment(k);
+      grant.segments.push_back({k, static_cast<std::uint32_t>(grant.segments.size() % kMostGraphs), segment.graph->edges()});
+      if (segment.last >= until) break;
+      k = segment.last + 1;
+    }
+    granted_ = until;
+    session_.broadcast(grant);
+  }
+
+  /// Real time: what is due happens when it is, whatever round the agents are in. Whoever joins is started a little before.
+  void meet_faults(double elapsed) {
+    const auto keep = [this](wire::Telemetry&& telemetry) { collect(telemetry); };
+    for (; next_fault_ < experiment_.faults.size(); ++next_fault_) {
+      const Fault& fault = experiment_.faults[next_fault_];
+      if (elapsed < fault.round * experiment_.dt) break;
+      if (fault.kind == Fault::Kind::stop) session_.stop(fault.agent, time_until_proceed(fault));
+      if (fault.kind != Fault::Kind::kill) continue;
+      session_.kill(fault.agent, keep);
+      bury(fault.agent);
+      collector_->depart(std::array{fault.agent});
+      hand_on();
+    }
+    for (const auto& [agent, presence] : experiment_.presence)
+      for (const Attendance& stay : presence.stays()) {
+        const Round before = stay_before(presence, stay);
+        const double start = std::max(stay.from * experiment_.dt - kJoinLead, before * experiment_.dt + kAfterDeath);
+        if (stay.from > 0 && elapsed >= start && called_.insert({stay.from, agent}).second) session_.call(stay.from);
+      }
+  }
+
+  static Round stay_before(const Attendance& presence, const Attendance& stay) {
+    Round end = 0;
+    for (const Attendance& other : presence.stays())
+      if (other.until <= stay.from) end = other.until;
+    return end;
+  }
+
+  /// Everybody has come as far as round `reached`: lets them go on, sized by the speed seen so far.
   void grant_from(Round reached) {
-    const Round pause = welcome(reached);
+    Round pause = next_pause();
+    for (; reached >= pause && pause < experiment_.rounds; pause = next_pause()) {
+      happen(pause);
+      if (over_ || session_.interrupted()) return;
+    }
     const double speed = reached / std::max(seconds_since(started_), 1e-6);
     const Round half = round_up(reached == 0 ? kFirstGrantRounds : std::min(speed * kGrantSeconds, 4.0 * half_), interval_);
     half_ = half;
@@ -101,35 +188,90 @@ class JobRun {
       else
         stated_until_ = segment.last + 1;
     }
+    grant.whole = grant.report_at == pause && std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [pause](const Fault& fault) {
+                    return fault.kind == Fault::Kind::kill && fault.round == pause;
+                  });
     granted_ = grant.until;
     report_at_ = grant.report_at;
     session_.broadcast(grant);
   }
 
-  /// Lets in whoever joins before the next reported round. Returns the round up to which may be granted without anybody else joining: a
-  /// reported one, so that everybody's arrival there is heard of, and one before the join, since the report of that needs who joins.
-  Round welcome(Round reached) {
+  /// The next round before which somebody's process comes, or something happens to one: nobody is granted more until it has happened.
+  Round next_pause() const {
     Round next = experiment_.rounds;
-    for (const auto& [agent, presence] : experiment_.presence) {
-      if (presence.from == 0 || presence.from > experiment_.rounds || presence.from <= joined_) continue;
-      next = std::min(next, presence.from);
+    const auto consider = [&](Round round) {
+      if (round > paused_ && round < next) next = round;
+    };
+    for (const auto& [agent, presence] : experiment_.presence)
+      for (const Attendance& stay : presence.stays()) consider(stay.from);
+    for (const Fault& fault : experiment_.faults)
+      if (fault.kind != Fault::Kind::proceed) consider(fault.round);
+    return next;
+  }
+
+  /// Everybody stands before round `round`.
+  void happen(Round round) {
+    paused_ = round;
+    const auto keep = [this](wire::Telemetry&& telemetry) { collect(telemetry); };
+    for (const Fault& fault : experiment_.faults) {
+      if (fault.round != round) continue;
+      if (fault.kind == Fault::Kind::kill) {
+        session_.kill(fault.agent, keep);
+        bury(fault.agent);
+      } else if (fault.kind == Fault::Kind::stop) {
+        session_.stop(fault.agent, time_until_proceed(fault));
+      }
     }
-    if (next == experiment_.rounds) return next;
-    const Round pause = (next - 1) - (next - 1) % interval_;
-    if (reached < pause) return pause;
-    session_.join(next, [this](wire::Telemetry&& telemetry) { collect(telemetry); });
-    joined_ = next;
+    const auto joins = [round](const auto& item) {
+      const std::vector<Attendance> stays = item.second.stays();
+      return std::any_of(stays.begin(), stays.end(), [round](const Attendance& stay) { return stay.from == round; });
+    };
+    if (std::none_of(experiment_.presence.begin(), experiment_.presence.end(), joins)) return;
+    session_.join(round, keep);
     graphs_ = {};  // who joins has heard of no graph yet
-    return welcome(reached);
+    last_news_ = Clock::now();
+  }
+
+  /// In lockstep nobody can reach the round of a `continue` before it: the process sleeps for as long as the rounds in between stand for.
+  Seconds time_until_proceed(const Fault& stop) const {
+    const auto proceed = std::find_if(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
+      return fault.kind == Fault::Kind::proceed && fault.agent == stop.agent && fault.round > stop.round;
+    });
+    check(proceed != experiment_.faults.end(), "every stop has its continue");
+    return (proceed->round - stop.round) * experiment_.dt;
+  }
+
+  /// What a killed agent had told of its links counts; its successor counts from nothing.
+  void bury(AgentId agent) {
+    const auto links = links_of_.find(agent.value);
+    if (links == links_of_.end()) return;
+    for (const wire::LinkReport& link : links->second) add_link(link);
+    links_of_.erase(links);
+    reached_.erase(agent.value);
+  }
+
+  void add_link(const wire::LinkReport& link) {
+    LinkTotals& total = link_totals_.try_emplace(link.edge, LinkTotals{link.edge}).first->second;
+    total.delivered += link.delivered;
+    total.lost += link.lost;
+    total.duplicated += link.duplicated;
+    total.reordered += link.reordered;
+    total.superseded += link.superseded;
   }
 
   void collect(const wire::Telemetry& telemetry) {
     if (telemetry.epoch != epoch_) return;
+    Round& reached = reached_[telemetry.process];
+    reached = std::max(reached, telemetry.round);
     if (telemetry.last) {
       last_words_.insert(telemetry.process);
-      for (const wire::LinkReport& link : telemetry.links)
-        trace_.links.push_back({link.edge, link.delivered, link.lost, link.duplicated, link.reordered, link.superseded});
+      reached = Attendance{}.until;
     }
+    if (telemetry.last) {
+      trace_.network.insert(trace_.network.end(), telemetry.network.begin(), telemetry.network.end());
+      trace_.processes.push_back(telemetry.performance);
+    }
+    if (!telemetry.links.empty()) links_of_[telemetry.process] = telemetry.links;
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
   }
 
@@ -139,18 +281,22 @@ class JobRun {
   }
 
   void hand_on() {
-    std::optional<Round> reached;
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;
       trace_.add(report);
       teller_.report(report);
       over_ = stop_.ends(report.k, [&] { return deviation(trace_, report); });
-      reached = report.k;
       last_news_ = Clock::now();
       stall_told_ = false;
       return !over_;
     });
-    if (!over_ && reached && *reached >= report_at_) grant_from(*reached);
+  }
+
+  /// Everybody has come to the point where the newest grant asked for a report: time for the next one.
+  void go_on() {
+    if (over_ || report_at_ >= experiment_.rounds) return;
+    const Round reached = std::min(session_.least(reached_), granted_);
+    if (reached >= report_at_) grant_from(reached);
   }
 
   /// Agents that died are absent from their last report on, and nobody waits for them.
@@ -175,11 +321,25 @@ class JobRun {
 
   /// Ends the epoch: the agents report their links and are free for the next job.
   void finish() {
+    session_.wake_all();
     session_.broadcast(wire::Command{epoch_, wire::Order::finish});
     const auto begin = Clock::now();
     while (!session_.all_among(last_words_) && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0))
       session_.step([this](wire::Telemetry&& telemetry) { collect(telemetry); });
-    std::sort(trace_.links.begin(), trace_.links.end());
+    for (const auto& [process, links] : links_of_)
+      for (const wire::LinkReport& link : links) add_link(link);
+    if (const std::uint64_t left_out = collector_->left_out(); left_out > 0)
+      observer_.event(job_, trace_.last_round, "remark", std::to_string(left_out) + " reports did not fit the run and were left out");
+    const auto by_edge = [](const NetworkTotals& a, const NetworkTotals& b) { return a.edge < b.edge; };
+    std::sort(trace_.network.begin(), trace_.network.end(), by_edge);
+    const auto by_process = [](const Performance& a, const Performance& b) { return a.process < b.process; };
+    std::sort(trace_.processes.begin(), trace_.processes.end(), by_process);
+    std::uint64_t again = 0;
+    for (const Performance& process : trace_.processes) again += process.sent_again_bytes;
+    if (experiment_.transport.loss > 0.0)
+      observer_.event(job_, trace_.last_round, "transport",
+                      std::to_string(again) + " bytes were sent again, as packets had been lost or thrown away");
+    for (const auto& [edge, total] : link_totals_) trace_.links.push_back(total);
   }
 
   const Experiment& experiment_;
@@ -194,9 +354,15 @@ class JobRun {
   Trace trace_;
   std::optional<Collector> collector_;
   GraphNumbers graphs_;
-  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, joined_ = 0;
+  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, paused_ = 0;
+  std::map<std::uint32_t, Round> reached_;                           // by process
+  std::map<std::uint32_t, std::vector<wire::LinkReport>> links_of_;  // by process: what it told last
+  std::map<Edge, LinkTotals> link_totals_;  // of processes that have ended
   std::set<std::uint32_t> last_words_;  // processes that have reported their links: the job is over for them
   Clock::time_point started_, last_news_;
+  std::uint64_t start_ns_ = 0;                 // real time: wall clock of round 0
+  std::size_t next_fault_ = 0;
+  std::set<std::pair<Round, AgentId>> called_;  // who has been started for a later stay
   bool over_ = false, stall_told_ = false;
 };
 
@@ -206,16 +372,21 @@ SessionTimes run_processes(const Experiment& experiment, const RunOptions& optio
   const auto begin = Clock::now();
   SessionTimes times;
   Session session(experiment, options);
-  session.launch(observer);
-  for (const Job& job : jobs_of(experiment)) {
-    const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
-    session.assign(job, epoch, observer);
-    if (session.interrupted()) break;
-    if (job.number == 0) times.startup_seconds = seconds_since(begin);
-    const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
-    times.running_seconds += outcome.seconds;
-    observer.run_ends(outcome);
-    if (session.interrupted()) break;
+  try {
+    session.launch(observer);
+    for (const Job& job : jobs_of(experiment)) {
+      const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
+      session.assign(job, epoch, observer);
+      if (session.interrupted()) break;
+      if (job.number == 0) times.startup_seconds = seconds_since(begin);
+      const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
+      times.running_seconds += outcome.seconds;
+      observer.run_ends(outcome);
+      if (session.interrupted()) break;
+    }
+  } catch (...) {
+    observer.refused(session.refusals());
+    throw;
   }
   session.shut_down();
   return times;

@@ -3,6 +3,7 @@
 
 #include "core/experiment.hpp"
 #include "core/trace.hpp"
+#include "idl/refusal.hpp"
 
 #include <atomic>
 #include <filesystem>
@@ -56,6 +57,8 @@ class RunObserver {
   /// Something worth keeping: an agent died, an event took effect, a stall.
   virtual void event(const Job& job, Round round, const std::string& kind, const std::string& text) = 0;
   virtual void run_ends(const JobOutcome& outcome) = 0;
+  /// What the processes have refused since the session began. Called at the end of each job.
+  virtual void refused(const std::vector<Refusal>& refusals) { static_cast<void>(refusals); }
 };
 
 struct RunOptions {
@@ -65,6 +68,7 @@ struct RunOptions {
   std::filesystem::path log_directory;  ///< one log per process; must exist
   std::filesystem::path agent_executable;       ///< consort-agent; consort-plant stands beside it
   std::vector<AgentId> external;                ///< started by hand, not launched here
+  std::string key = {};                         ///< secret the processes know each other by; empty: a random one
   bool external_plant = false;                  ///< the same of the plant
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };

@@ -18,6 +18,8 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <set>
 #include <sstream>
 
 namespace consort {
@@ -27,7 +29,8 @@ namespace {
 using namespace script;
 
 constexpr std::uint64_t kMostRounds = 1'000'000'000;
-const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave"};
+const std::set<std::string> kProcessEvents{"join", "leave", "kill", "restart", "stop", "continue"};
+const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave", "kill", "restart", "stop", "continue"};
 constexpr std::uint64_t kMostRuns = 1'000'000;
 constexpr std::uint64_t kAnyWhole = std::numeric_limits<std::uint64_t>::max();
 
@@ -51,9 +54,9 @@ class TopLevel {
 
   void read_run() {
     if (const auto node = top_.required("experiment"); present(node)) read_name(node);
-    static const std::array<std::string, 2> kModes{"simulate", "lockstep"};
+    static const std::array<std::string, 3> kModes{"simulate", "lockstep", "realtime"};
     if (const auto node = top_.find("mode"); present(node))
-      if (const auto mode = read_choice(mistakes_, node, "mode", kModes)) out_.mode = *mode == 0 ? Mode::simulate : Mode::lockstep;
+      if (const auto mode = read_choice(mistakes_, node, "mode", kModes)) out_.mode = static_cast<Mode>(*mode);
     whole("seed", 0, kAnyWhole, [this](std::uint64_t value) { out_.seed = Seed{value}; });
     whole("runs", 1, kMostRuns, [this](std::uint64_t value) { out_.runs = value; });
     if (const auto node = top_.find("dt"); present(node)) out_.dt = read_number(mistakes_, node, "dt", kPositive).value_or(out_.dt);
@@ -77,6 +80,7 @@ class TopLevel {
     if (const auto node = top_.find("events"); present(node)) read_events(node);
     if (const auto node = top_.find("sweep"); present(node)) read_sweep(mistakes_, node, top_.find("links"), link_changes_, out_);
     read_placement();
+    read_transport();
     if (const auto node = top_.find("stop"); present(node)) read_stop(node);
     if (const auto node = top_.find("telemetry"); present(node)) {
       const Section section(mistakes_, node, "telemetry", "/definitions/telemetry");
@@ -165,14 +169,14 @@ class TopLevel {
       const auto round = read_event_round(section, node[i], what);
       std::vector<std::string> found;
       for (const std::string& key : kEvents)
-        if (present(section.find(key))) found.push_back(key);
+        if (present(section.find(key))) found.emplace_back(key);
       if (found.size() != 1) {
         mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, listed(found), listed(kEvents)));
         continue;
       }
       const YAML::Node value = section.find(found[0]);
-      if (found[0] == "join" || found[0] == "leave") {
-        read_presence(value, section.path(found[0]), round, found[0] == "join");
+      if (kProcessEvents.contains(found[0])) {
+        read_process_event(value, section.path(found[0]), round, found[0]);
         continue;
       }
       if (found[0] == "set_link")
@@ -182,6 +186,7 @@ class TopLevel {
       else
         out_.link_events.push_back(read_link_event(mistakes_, value, section.path(found[0]), round, found[0] == "heal", out_.agents));
     }
+    order_process_events(node);
     link_changes_.apply(out_.links);
     check_presence(node);
   }
@@ -204,7 +209,7 @@ class TopLevel {
   }
 
   /// `join: 5` or `leave: [2, 3]`.
-  void read_presence(const YAML::Node& node, const std::string& what, Round round, bool joins) {
+  void read_process_event(const YAML::Node& node, const std::string& what, Round round, const std::string& kind) {
     const YAML::Node list = node.IsSequence() ? node : YAML::Node(std::vector<YAML::Node>{node});
     for (const auto& entry : list) {
       const auto id = whole_number(entry);
@@ -213,26 +218,88 @@ class TopLevel {
                       fmt::format("{}: found {}; allowed: an agent from 1 to {}, or a list of agents", what, describe(entry), out_.agents));
         continue;
       }
-      const AgentId agent{static_cast<std::uint32_t>(*id)};
-      Attendance& presence = out_.presence[agent];
-      const bool twice = joins ? presence.from > 0 : presence.until < Attendance{}.until;
-      if (twice || round == 0) {
-        mistakes_.add(node, fmt::format("{}: found agent {} {}; allowed: each agent joins and leaves at most once, after round 0", what,
-                                        *id, twice ? "a second time" : "in round 0"));
+      if (round == 0) {
+        mistakes_.add(node, fmt::format("{}: found agent {} in round 0; allowed: after round 0", what, *id));
         continue;
       }
-      (joins ? presence.from : presence.until) = round;
+      process_events_[AgentId{static_cast<std::uint32_t>(*id)}].push_back({round, kind, node});
     }
   }
 
+  /// What may happen next to an agent that is in some condition, and what that makes of it.
+  enum class Condition { before, there, left, killed, stopped };
+  static std::optional<Condition> after(Condition now, const std::string& kind) {
+    if (kind == "join") return now == Condition::before || now == Condition::left ? std::optional(Condition::there) : std::nullopt;
+    if (kind == "restart") return now == Condition::killed ? std::optional(Condition::there) : std::nullopt;
+    if (kind == "continue") return now == Condition::stopped ? std::optional(Condition::there) : std::nullopt;
+    if (now != Condition::there) return std::nullopt;
+    return kind == "leave" ? Condition::left : kind == "kill" ? Condition::killed : Condition::stopped;
+  }
+
+  /// Each agent's events in order become its stays and what happens to its process.
+  void order_process_events(const YAML::Node& node) {
+    constexpr Round kEver = Attendance{}.until;
+    static const std::map<std::string, Fault::Kind> kFaults{
+        {"kill", Fault::Kind::kill}, {"restart", Fault::Kind::restart}, {"stop", Fault::Kind::stop}, {"continue", Fault::Kind::proceed}};
+    static const std::map<Condition, std::string> kAllowed{{Condition::before, "join"},
+                                                           {Condition::there, "leave, kill or stop"},
+                                                           {Condition::left, "join"},
+                                                           {Condition::killed, "restart"},
+                                                           {Condition::stopped, "continue"}};
+    for (auto& [agent, events] : process_events_) {
+      std::stable_sort(events.begin(), events.end(), [](const auto& a, const auto& b) { return a.round < b.round; });
+      Condition now = events.front().kind == "join" ? Condition::before : Condition::there;
+      std::vector<Attendance> stays;
+      if (now == Condition::there) stays.push_back({});
+      Round last = 0;
+      for (const auto& event : events) {
+        const auto next = after(now, event.kind);
+        if (!next || event.round == last) {
+          mistakes_.add(event.node, fmt::format("events: found '{}' of agent {} in round {}{}; allowed: {}, in a later round than what happened to it before",
+                                          event.kind, agent.value, event.round, next ? ", where something else happens to it" : "", kAllowed.at(now)));
+          break;
+        }
+        if (*next == Condition::there && now != Condition::stopped) stays.push_back({event.round, kEver});
+        if (*next == Condition::left || *next == Condition::killed) stays.back().until = event.round;
+        if (const auto fault = kFaults.find(event.kind); fault != kFaults.end()) out_.faults.push_back({event.round, agent, fault->second});
+        now = *next;
+        last = event.round;
+      }
+      if (now == Condition::stopped)
+        mistakes_.add(node, fmt::format("events: found that agent {} is stopped and never goes on; allowed: a later `continue: {}`", agent.value, agent.value));
+      if (stays.size() == 1 && stays.front() == Attendance{}) continue;
+      Attendance& presence = out_.presence[agent] = stays.front();
+      presence.again.assign(stays.begin() + 1, stays.end());
+    }
+    std::stable_sort(out_.faults.begin(), out_.faults.end(), [](const Fault& a, const Fault& b) { return a.round < b.round; });
+  }
+
   void check_presence(const YAML::Node& node) {
-    for (const auto& [agent, presence] : out_.presence)
-      if (presence.from >= presence.until)
-        mistakes_.add(node, fmt::format("events: found agent {} leaving in round {} and joining in round {}; allowed: join before leave",
-                                        agent.value, presence.until, presence.from));
     const bool someone = std::any_of(out_.presence.begin(), out_.presence.end(), [](const auto& item) { return item.second.from == 0; });
     if (!out_.presence.empty() && out_.presence.size() == out_.agents && !someone)
       mistakes_.add(node, "events: found that every agent joins later; allowed: at least one agent is there from the start");
+  }
+
+  void read_transport() {
+    const auto node = top_.find("transport");
+    if (!present(node)) return;
+    const Section section(mistakes_, node, "transport", "/definitions/transport");
+    Transport& out = out_.transport;
+    constexpr double kMostLoss = 0.9;
+    static const std::array<std::string, 2> kReliabilities{"best_effort", "reliable"};
+    if (const auto loss = section.find("loss"); present(loss))
+      out.loss = read_number(mistakes_, loss, "transport.loss", Range{0.0, kMostLoss}).value_or(0.0);
+    if (const auto reliability = section.find("reliability"); present(reliability))
+      out.reliable = read_choice(mistakes_, reliability, "transport.reliability", kReliabilities).value_or(0) == 1;
+    if (const auto history = section.find("history"); present(history))
+      out.history = static_cast<std::uint32_t>(read_whole(mistakes_, history, "transport.history", 1, 1000).value_or(1));
+    const auto duration = [&](const char* key, auto& into) {
+      if (const auto value = section.find(key); present(value))
+        if (const auto seconds = read_duration(mistakes_, value, section.path(key))) into = *seconds;
+    };
+    duration("lifespan", out.lifespan);
+    duration("deadline", out.dds_deadline);
+    duration("liveliness", out.liveliness_lease);
   }
 
   void read_placement() {
@@ -331,6 +398,12 @@ class TopLevel {
   Experiment& out_;
   LinkChanges link_changes_;
   std::vector<Degradation> degradations_;
+  struct EventOfProcess {
+    Round round;
+    std::string kind;
+    YAML::Node node;
+  };
+  std::map<AgentId, std::vector<EventOfProcess>> process_events_;
 };
 
 YAML::Node parse(const std::string& text, Mistakes& mistakes) {

@@ -163,6 +163,17 @@ Node plant_of(const PlantSpec& plant, Seconds dt) {
   return out;
 }
 
+Node transport_of(const Transport& transport) {
+  Node out(YAML::NodeType::Map);
+  out["loss"] = number_text(transport.loss);
+  out["reliability"] = transport.reliable ? "reliable" : "best_effort";
+  out["history"] = transport.history;
+  if (transport.lifespan) out["lifespan"] = number_text(*transport.lifespan);
+  if (transport.dds_deadline) out["deadline"] = number_text(*transport.dds_deadline);
+  out["liveliness"] = number_text(transport.liveliness_lease);
+  return out;
+}
+
 Node presence_event(const char* kind, AgentId agent, Round round) {
   Node out(YAML::NodeType::Map);
   out["round"] = round;
@@ -241,7 +252,7 @@ YAML::Node matrix_node(const Matrix& value) { return node_of(value); }
 std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   Node out(YAML::NodeType::Map);
   out["experiment"] = experiment.name;
-  out["mode"] = experiment.mode == Mode::simulate ? "simulate" : "lockstep";
+  out["mode"] = std::string(name_of(experiment.mode));
   out["seed"] = experiment.seed.value;
   out["runs"] = experiment.runs;
   out["rounds"] = experiment.rounds;
@@ -256,10 +267,8 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   if (experiment.plant)
     for (const Disturbance& disturbance : experiment.plant->disturbances)
       if (disturbance.first > 0) out["events"].push_back(degradation_of(disturbance, experiment.dt));
-  for (const auto& [agent, presence] : experiment.presence) {
-    if (presence.from > 0) out["events"].push_back(presence_event("join", agent, presence.from));
-    if (presence.until < Attendance{}.until) out["events"].push_back(presence_event("leave", agent, presence.until));
-  }
+  for (const ProcessEvent& event : process_events(experiment)) out["events"].push_back(presence_event(event.kind, event.agent, event.round));
+  out["transport"] = transport_of(experiment.transport);
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
   if (experiment.convergence) {
     const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 
 namespace consort {
 namespace {
@@ -25,6 +26,15 @@ constexpr milliseconds kAnnounceEvery{2000};  // neighbours mode: a first announ
 constexpr milliseconds kExternalLease{2000};  // how fast an agent on another host notices a dead orchestrator, and the other way round
 constexpr milliseconds kLookAround{20};       // how often children, interrupt and deadline are looked at
 
+std::string remark_on(const Refusal& refusal) {
+  const std::string writer = "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) +
+                             (refusal.who.empty() ? std::string() : ", " + refusal.who);
+  if (refusal.reason == Refusal::Reason::bound)
+    return "samples of " + refusal.topic + " by " + writer + " break a bound of the wire (" + refusal.field + ") and are left out";
+  return "a stranger takes part, who does not know the run's key: " + writer + "; what it writes, first to " + refusal.topic +
+         ", is left out and counted";
+}
+
 unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
 
 }  // namespace
@@ -40,8 +50,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     state.name = "agent-" + std::to_string(plan.agents.front().value);
     if (plan.agents.size() > 1) state.name += "-" + std::to_string(plan.agents.back().value);
     state.external = is_external(plan);
-    state.first = plan.first;
-    state.until = plan.until;
+    state.presence = plan.presence;
     states_.push_back(state);
     process_by_name_[plan.agents.front().value] = p;
   }
@@ -49,10 +58,10 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     ProcessState state;
     state.name = "plant";
     state.external = options_.external_plant;
-    state.until = Attendance{}.until;
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
+  if (options_.key.empty()) options_.key = wire::RunKey::random_secret();
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.external_plant || options_.interface != "lo";
   if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
@@ -71,6 +80,7 @@ void Session::open_hubs() {
   settings_.tag = options_.run_name;
   settings_.interface = options_.interface;
   settings_.writer_high_watermark = kWriterMemory;
+  settings_.transmit_loss = experiment_.transport.loss;
   if (!options_.external.empty() || options_.external_plant) settings_.lease_duration = kExternalLease;
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
                                  [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
@@ -92,7 +102,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   for (unsigned attempt = 0;; ++attempt) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
     try {
-      hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, callbacks));
+      hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, wire::RunKey(options_.key), callbacks));
       return;
     } catch (const dds::core::Exception& failure) {
       if (derived && attempt + 1 < kDomainAttempts) continue;
@@ -113,7 +123,8 @@ void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
     settings_.port_base = static_cast<std::uint16_t>(port(hub) - dds::configuration::unicast_port(0, domain_number_));
     const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
     try {
-      hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration, callbacks));
+      hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration,
+                                            wire::RunKey(options_.key), callbacks));
     } catch (const dds::core::Exception& failure) {
       throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + failure.what() + "; `consort doctor` looks for the cause");
     }
@@ -161,12 +172,23 @@ std::vector<std::string> Session::arguments_of(std::size_t process) const {
     arguments.insert(arguments.end(), {"--data", "multicast"});
   }
   if (settings_.tuned) arguments.emplace_back("--tuned");
+  if (settings_.transmit_loss > 0.0) arguments.insert(arguments.end(), {"--transport-loss", std::to_string(settings_.transmit_loss)});
   return arguments;
 }
 
 bool Session::all_among(const std::set<std::uint32_t>& names) const {
   return std::all_of(process_by_name_.begin(), process_by_name_.end(),
                      [&](const auto& process) { return !states_[process.second].started || names.contains(process.first); });
+}
+
+Round Session::least(const std::map<std::uint32_t, Round>& rounds) const {
+  Round least = Attendance{}.until;
+  for (const auto& [name, index] : process_by_name_) {
+    if (!states_[index].started) continue;
+    const auto at = rounds.find(name);
+    least = std::min(least, at == rounds.end() ? 0 : at->second);
+  }
+  return least;
 }
 
 std::size_t Session::processes() const {
@@ -179,15 +201,15 @@ void Session::start(std::size_t process) {
   state.started = true;
   if (state.external) return;
   const auto executable = process == plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
-  children_->start(state.name, executable, arguments_of(process));
+  children_->start(state.name, executable, arguments_of(process), {{wire::RunKey::kVariable, options_.key}});
 }
 
 void Session::launch(RunObserver& observer) {
   children_.emplace(options_.log_directory);
-  const std::size_t total = count([](const ProcessState& state) { return state.first == 0; });
+  const std::size_t total = count([](const ProcessState& state) { return state.presence.from == 0; });
   observer.launching(0, 0, total);
   for (std::size_t p = 0; p < slots(); ++p) {
-    if (states_[p].first == 0) start(p);
+    if (states_[p].presence.from == 0) start(p);
     if (interrupted()) return;
   }
   const auto found = [](const ProcessState& state) { return state.found; };
@@ -197,36 +219,87 @@ void Session::launch(RunObserver& observer) {
   }
 }
 
-void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
+void Session::call(Round first) {
+  std::vector<AgentId> back;
   for (std::size_t p = 0; p < slots(); ++p)
-    if (states_[p].first <= first && states_[p].until > first) start(p);
+    for (const Attendance& stay : states_[p].presence.again)
+      if (stay.from == first) back.push_back(placement_.processes[p].agents.front());
+  if (!back.empty()) {
+    for (ProcessState& state : states_) state.ready_until = std::min(state.ready_until, first);
+    for (std::size_t hub = 0; hub < hubs_.size(); ++hub)
+      for (const wire::Assignment& part : assignments(hub, first)) hubs_[hub]->assignments.write(part);
+    broadcast(wire::Command{epoch_, wire::Order::come_back, back, first});
+  }
+  for (std::size_t p = 0; p < slots(); ++p)
+    if (states_[p].presence.holds(first)) start(p);
   if (!gone_.empty()) broadcast(wire::Command{epoch_, wire::Order::departed, gone_});  // whoever joins was not there to hear it
+}
+
+void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
+  call(first);
   const auto waits = [&](const ProcessState& state) {
     return state.started && (state.ready_epoch != epoch_ || state.ready_until <= first);
   };
   while (count(waits) > 0 && !interrupted()) step(on_telemetry);
 }
 
-wire::Member Session::member_of(AgentId agent, const Job& job) const {
+void Session::kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
+  ProcessState& state = states_[placement_.process_of[index_of(agent)]];
+  state.dying = true;
+  children_->signal(state.name, SIGKILL);
+  while (state.started && !interrupted()) step(on_telemetry);
+}
+
+void Session::stop(AgentId agent, Seconds duration) {
+  const std::string& name = states_[placement_.process_of[index_of(agent)]].name;
+  children_->signal(name, SIGSTOP);
+  stopped_.push_back({name, Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration))});
+}
+
+void Session::wake_stopped(bool all) {
+  std::erase_if(stopped_, [&](const Stopped& stopped) {
+    if (!all && Clock::now() < stopped.until) return false;
+    children_->signal(stopped.process, SIGCONT);
+    return true;
+  });
+}
+
+bool Session::killed_in(AgentId agent, Round round) const {
+  return std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
+    return fault.kind == Fault::Kind::kill && fault.agent == agent && fault.round == round;
+  });
+}
+
+wire::Delivery Session::delivery() const {
+  constexpr double kDeadlineRounds = 3.0;
+  const Transport& transport = experiment_.transport;
+  return {transport.reliable, transport.history, transport.lifespan.value_or(experiment_.dt),
+          transport.dds_deadline.value_or(kDeadlineRounds * experiment_.dt), transport.liveliness_lease};
+}
+
+wire::Member Session::member_of(AgentId agent, Round now) const {
   const std::size_t process = placement_.process_of[index_of(agent)];
   wire::Member member;
   member.agent = agent;
   member.process = placement_.processes[process].agents.front().value;
-  member.initial = experiment_.initial_of(agent, job.seed);
+  member.initial = experiment_.initial_of(agent, job_.seed);
   if (const auto own = experiment_.overrides.find(agent); own != experiment_.overrides.end()) member.parameters = own->second.parameters;
   member.hears_everyone = hears_everyone(placement_, agent);
   if (!member.hears_everyone) {
     for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
   }
-  member.presence = experiment_.presence_of(agent);
-  for (const std::size_t reader : placement_.readers[index_of(agent)]) {
-    const auto& [agents, neighbours, first, until] = placement_.processes[reader];
-    if (until <= placement_.processes[process].first) continue;  // it has left by then
-    if (first <= placement_.processes[process].first)
-      ++member.remote_readers;
-    else
-      member.late_readers.push_back(first);
-  }
+  const std::vector<Attendance> stays = experiment_.presence_of(agent).stays();
+  const auto stay = std::find_if(stays.begin(), stays.end(), [now](const Attendance& each) { return each.until > now; });
+  member.presence = stay == stays.end() ? stays.back() : *stay;
+  if (killed_in(agent, member.presence.until)) member.presence.until = Attendance{}.until;  // nobody knows the hour
+  const Round begins = std::max(now, placement_.processes[process].presence.from);          // of its process
+  for (const std::size_t reader : placement_.readers[index_of(agent)])
+    for (const Attendance& there : placement_.processes[reader].presence.stays()) {
+      if (there.from > begins)
+        member.late_readers.push_back(there.from);
+      else if (there.until > begins)
+        ++member.remote_readers;
+    }
   std::sort(member.late_readers.begin(), member.late_readers.end());
   if (const auto& physics = maker_->physics()) {
     member.model = physics->knowledge(agent);
@@ -239,11 +312,11 @@ wire::Member Session::member_of(AgentId agent, const Job& job) const {
 }
 
 /// What one hub's processes are told: its agents only, in parts of bounded size.
-std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t epoch, std::size_t hub) const {
-  const ProtocolChoice& protocol = experiment_.protocols[job.protocol];
+std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) const {
+  const ProtocolChoice& protocol = experiment_.protocols[job_.protocol];
   wire::Assignment common;
-  common.epoch = epoch;
-  common.seed = job.seed;
+  common.epoch = epoch_;
+  common.seed = job_.seed;
   common.protocol = protocol.name;
   common.agents = static_cast<std::uint32_t>(experiment_.agents);
   common.dt = experiment_.dt;
@@ -260,8 +333,11 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
     common.relays = common.relays || told_[i].size() > placement_.support.in_degree(agent_at(i));
   common.plant = has_plant();
   common.steers = steers_;
+  common.realtime = experiment_.mode == Mode::realtime;
+  common.delivery = delivery();
   for (const auto& [agent, presence] : experiment_.presence)
-    if (presence.from > 0) common.joining.emplace(agent, presence.from);
+    for (const Attendance& stay : presence.stays())
+      if (stay.from > now && !presence.holds(now)) common.joining.emplace(agent, stay.from);
   std::vector<wire::Assignment> parts;
   for (std::size_t index = 0; index < experiment_.agents; ++index) {
     if (hub_of(placement_.process_of[index]) != hub) continue;
@@ -269,7 +345,7 @@ std::vector<wire::Assignment> Session::assignments(const Job& job, std::uint32_t
       parts.push_back(common);
       parts.back().part = static_cast<std::uint32_t>(parts.size() - 1);
     }
-    parts.back().members.push_back(member_of(agent_at(index), job));
+    parts.back().members.push_back(member_of(agent_at(index), now));
   }
   for (wire::Assignment& part : parts) part.parts = static_cast<std::uint32_t>(parts.size());
   return parts;
@@ -288,6 +364,8 @@ std::vector<wire::PlantAssignment> Session::plant_assignments(const Job& job, st
       part.rounds = experiment_.rounds;
       part.report_interval = experiment_.report_interval();
       part.steered = steers_;
+      part.realtime = experiment_.mode == Mode::realtime;
+      part.delivery = delivery();
       part.task = task;
       parts.push_back(std::move(part));
     }
@@ -302,6 +380,7 @@ std::vector<wire::PlantAssignment> Session::plant_assignments(const Job& job, st
 void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer) {
   if (interrupted()) return;
   epoch_ = epoch;
+  job_ = job;
   layouts_.clear();
   granted_ = false;
   gone_.clear();
@@ -311,7 +390,7 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   if (protocol_->announces) told_ = announcements(placement_.support, experiment_.presence);
   steers_ = has_plant() && maker_->make(agent_at(0))->control_size() > 0;
   for (std::size_t hub = 0; hub < hubs_.size(); ++hub) {
-    for (const wire::Assignment& part : assignments(job, epoch, hub)) hubs_[hub]->assignments.write(part);
+    for (const wire::Assignment& part : assignments(hub, 0)) hubs_[hub]->assignments.write(part);
   }
   if (has_plant())
     for (const wire::PlantAssignment& part : plant_assignments(job, epoch)) hubs_[hub_of(plant())]->plant_assignments.write(part);
@@ -323,7 +402,7 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   };
   while (!interrupted()) {
     for (std::size_t p = 0; p < slots(); ++p)
-      if (states_[p].first == 0) start(p);  // who left or died in the job before is needed again, and may be ending only now
+      if (states_[p].presence.from == 0) start(p);  // who left or died in the job before is needed again, and may be ending only now
     if (count(ready) == processes() && layouts_.size() >= expected()) break;
     step({});
     if (job.number == 0) observer.launching(processes(), count(ready), processes());
@@ -339,6 +418,7 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   }
   for (News& item : news) {
     if (auto* telemetry = std::get_if<wire::Telemetry>(&item)) {
+      note(std::exchange(telemetry->refusals, {}));
       if (on_telemetry) on_telemetry(std::move(*telemetry));
     } else if (auto* layouts = std::get_if<wire::Layouts>(&item)) {
       if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
@@ -347,6 +427,7 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
     }
   }
   watch_children();
+  wake_stopped(false);
   if (!leaving_ && Clock::now() > deadline_) time_out();
 }
 
@@ -376,7 +457,7 @@ void Session::handle(wire::Presence&& presence) {
       if (may_lose(at->second)) break;  // its process ends by itself
       throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_ && state.until > experiment_.rounds && !may_lose(at->second))
+      if (!leaving_ && state.presence.end() > experiment_.rounds && !may_lose(at->second))
         throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " +
                        std::to_string(presence.round));
       break;
@@ -388,9 +469,10 @@ void Session::watch_children() {
   while (const auto death = children_->next_death()) {
     const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
     const auto process = static_cast<std::size_t>(state - states_.begin());
-    const bool left = death->signal == 0 && death->exit_code == 0 && state->until <= experiment_.rounds;
+    const bool leaves = state->presence.until <= experiment_.rounds && !killed_in(placement_.processes[process].agents.front(), state->presence.until);
+    const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves);
     if (!left && !may_lose(process)) throw RunError(death->text());
-    state->started = state->found = false;
+    state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
     if (!left) lose(process, death->text());
   }
@@ -466,7 +548,9 @@ void Session::time_out() {
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
   const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
   if (!lost.empty()) {
-    throw TimeoutError("deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost);
+    std::string text = "deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost;
+    for (const std::string& remark : take_remarks()) text += "; " + remark;
+    throw TimeoutError(text);
   }
   const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
   if (!unready.empty())
@@ -492,13 +576,24 @@ RunLayouts Session::layouts() const {
   return names;
 }
 
-std::vector<std::string> Session::take_remarks() {
-  std::uint64_t rejected = 0;
-  for (const auto& hub : hubs_) rejected += hub->rejected();
-  if (rejected > rejected_told_) {
-    remarks_.push_back(std::to_string(rejected - rejected_told_) + " samples broke a bound of the wire and were left out");
-    rejected_told_ = rejected;
+/// Adds to what was refused; the first time that somebody's samples are, it is worth a remark.
+void Session::note(std::vector<Refusal> refusals) {
+  for (Refusal& refusal : refusals) {
+    const auto known = std::find_if(refusals_.begin(), refusals_.end(), [&](const Refusal& each) { return each.same(refusal); });
+    if (known != refusals_.end()) {
+      known->samples += refusal.samples;
+      continue;
+    }
+    const bool is_new = std::none_of(refusals_.begin(), refusals_.end(), [&](const Refusal& each) {
+      return each.writer == refusal.writer && each.reason == refusal.reason;
+    });
+    if (is_new) remarks_.push_back(remark_on(refusal));
+    refusals_.push_back(std::move(refusal));
   }
+}
+
+std::vector<std::string> Session::take_remarks() {
+  for (const auto& hub : hubs_) note(hub->take_refusals());
   return std::exchange(remarks_, {});
 }
 

@@ -33,8 +33,17 @@ class Session {
 
   /// Starts the processes that are there from the first round on, the plant among them, and waits until each has said hello.
   void launch(RunObserver& observer);
-  /// Starts the processes that begin to take part in round `first` or before, and waits until everybody is ready for that round.
+  /// Starts the processes that begin to take part in round `first` or before, also those that come back, and waits until everybody is
+  /// ready for that round.
   void join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry);
+  /// The same without waiting for anybody.
+  void call(Round first);
+  /// Kills an agent's process and waits until it has ended.
+  void kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry);
+  /// Stops an agent's process for so long.
+  void stop(AgentId agent, Seconds duration);
+  /// Lets every stopped process go on at once.
+  void wake_all() { wake_stopped(true); }
   /// Hands out the assignments of one job and waits until every process has met its neighbours.
   void assign(const Job& job, std::uint32_t epoch, RunObserver& observer);
   /// Waits a moment for news and handles it. Throws RunError when a process died or failed, TimeoutError when the deadline has passed.
@@ -49,6 +58,8 @@ class Session {
   std::vector<Loss> take_losses() { return std::exchange(losses_, {}); }
   /// What is worth keeping but ends no run: strangers, samples that were refused. Each is told once.
   std::vector<std::string> take_remarks();
+  /// All samples refused so far, by whoever takes part, as far as has been reported; by writer, topic and reason.
+  [[nodiscard]] const std::vector<Refusal>& refusals() const { return refusals_; }
   /// Ends the processes politely.
   void shut_down();
 
@@ -57,6 +68,8 @@ class Session {
   [[nodiscard]] std::size_t processes() const;
   /// Are all processes that are running now among these (by lowest agent id; 0: the plant)?
   [[nodiscard]] bool all_among(const std::set<std::uint32_t>& names) const;
+  /// The least of what is said of the processes that are running now (by lowest agent id; 0: the plant); of whom nothing is said, 0.
+  [[nodiscard]] Round least(const std::map<std::uint32_t, Round>& rounds) const;
   [[nodiscard]] RunLayouts layouts() const;
   void broadcast(const wire::Grant& grant);
   void broadcast(const wire::Command& command);
@@ -66,8 +79,8 @@ class Session {
   struct ProcessState {
     std::string name;
     bool external = false;
-    Round first = 0;       // round in which it begins to take part
-    Round until = 0;       // round in which it takes part no more
+    Attendance presence;
+    bool dying = false;    // its death is wanted
     bool started = false;  // or expected, where it is external
     bool found = false;
     std::uint32_t ready_epoch = 0;
@@ -86,12 +99,17 @@ class Session {
   [[nodiscard]] std::size_t plant() const { return placement_.processes.size(); }  // its index among the processes
   [[nodiscard]] std::size_t slots() const { return placement_.processes.size() + (has_plant() ? 1 : 0); }
   void start(std::size_t process);
-  [[nodiscard]] std::vector<wire::Assignment> assignments(const Job& job, std::uint32_t epoch, std::size_t hub) const;
+  /// As the agents are told it in round `now`.
+  [[nodiscard]] std::vector<wire::Assignment> assignments(std::size_t hub, Round now) const;
   [[nodiscard]] std::vector<wire::PlantAssignment> plant_assignments(const Job& job, std::uint32_t epoch) const;
-  [[nodiscard]] wire::Member member_of(AgentId agent, const Job& job) const;
+  [[nodiscard]] wire::Delivery delivery() const;
+  [[nodiscard]] wire::Member member_of(AgentId agent, Round now) const;
+  [[nodiscard]] bool killed_in(AgentId agent, Round round) const;
   void push(News&& news);
   void handle(wire::Presence&& presence);
+  void note(std::vector<Refusal> refusals);
   void watch_children();
+  void wake_stopped(bool all);
   void lose(std::size_t process, const std::string& text);
   [[nodiscard]] bool may_lose(std::size_t process) const;
   [[noreturn]] void time_out();
@@ -108,17 +126,23 @@ class Session {
   std::map<std::uint32_t, std::size_t> process_by_name_;  // lowest agent id -> index
   std::vector<ProcessState> states_;
   std::uint32_t epoch_ = 0;
+  Job job_;
   std::map<AgentId, wire::Layouts> layouts_;
   std::optional<AgentMaker> maker_;  // of the job that is assigned
   const ProtocolEntry* protocol_ = nullptr;
   std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
   bool steers_ = false;                  // the job's agents steer the plant
+  struct Stopped {
+    std::string process;
+    std::chrono::steady_clock::time_point until;
+  };
+  std::vector<Stopped> stopped_;
   bool leaving_ = false;
   bool granted_ = false;       // rounds of the job have been granted
   std::vector<AgentId> gone_;  // lost in this job, ascending
   std::vector<Loss> losses_;
   std::vector<std::string> remarks_;
-  std::uint64_t rejected_told_ = 0;
+  std::vector<Refusal> refusals_;
 
   std::mutex mutex_;  // guards news_
   std::condition_variable arrived_;

@@ -197,7 +197,7 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
   const std::size_t used = kIndent + shown_width(summary.experiment) + shown_width(word);
   const std::string space(width > used + 2 ? width - used : 2, ' ');
   const char* dot = style.unicode ? " · " : ", ";
-  std::string facts = fmt::format("{}{}{} agent{}{}seed {}", summary.mode == Mode::simulate ? "simulate" : "lockstep", dot, summary.agents,
+  std::string facts = fmt::format("{}{}{} agent{}{}seed {}", name_of(summary.mode), dot, summary.agents,
                                   summary.agents == 1 ? "" : "s", dot, summary.seed.value);
   if (summary.runs > 1)
     facts += fmt::format(" to {}{}mean {} std over {} runs", summary.seed.value + summary.runs - 1, dot, style.unicode ? "±" : "+-",
@@ -241,6 +241,14 @@ std::string render(const Summary& summary, const TextStyle& style) {
   }
   std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 40, std::max<std::size_t>(style.width, 40))) + blocks;
   out += criteria(summary, style);
+  if (!summary.refused.empty()) {
+    std::set<std::string> writers;
+    for (const Refusal& refusal : summary.refused) writers.insert(refusal.writer);
+    const std::uint64_t samples = samples_of(summary.refused);
+    out += fmt::format("  {}\n", toned(fmt::format("refused {} sample{} of {} participant{}: see \"rejected\" in summary.json", grouped(samples),
+                                                   samples == 1 ? "" : "s", writers.size(), writers.size() == 1 ? "" : "s"),
+                                       Tone::bad, style));
+  }
   // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
   if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated)
     out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));

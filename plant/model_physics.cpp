@@ -126,7 +126,7 @@ void Physics::distances(AgentId i, std::span<double> out) const {
 
 void Physics::depart(AgentId i) {
   Attendance& presence = parts_.at(index_of(i)).presence;
-  presence.until = std::min(presence.until, k_);
+  presence.cut(k_);
   const std::span<double> u = control(i);
   std::fill(u.begin(), u.end(), 0.0);
   note_presence();

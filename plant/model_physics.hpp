@@ -34,7 +34,7 @@ class Physics {
   [[nodiscard]] bool present(AgentId i, Round k) const { return part(i).presence.holds(k); }
 
   /// The first round in which agent i takes no part any more.
-  [[nodiscard]] Round leaves(AgentId i) const { return part(i).presence.until; }
+  [[nodiscard]] Round leaves(AgentId i) const { return part(i).presence.end(); }
 
   /// y_i(k) of the round that the state is in. What it would measure of an agent that is absent is kAbsent (relative sensing).
   void measure(AgentId i, std::span<double> y) const;

@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kGreetAgain{500};
 
 }  // namespace
 
-PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool launched)
+PlantNode::PlantNode(const wire::Participant& participant, bool launched)
     : RunMember(launched),
       participant_(participant),
       presence_(participant),
@@ -30,7 +30,7 @@ PlantNode::PlantNode(const dds::domain::DomainParticipant& participant, bool lau
 
 void PlantNode::on_assignment(wire::PlantAssignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_) return;
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
@@ -44,9 +44,20 @@ void PlantNode::on_grant(wire::Grant&& grant) {
   guarded([&] {
     if (!rounds_ || grant.epoch != epoch_ || finish_) return;
     granted_until_ = std::max(granted_until_, grant.until);
+    if (delivery_) {
+      if (!pacer_) pacer_.emplace(grant.start_ns, dt_, 0, last_round_, std::vector{0.0}, [this](std::size_t, Round k) { beat(k); });
+      return;
+    }
     rounds_->grant(grant);
     rounds_->advance();
     if (rounds_->report_due()) wake_.notify_one();
+  });
+}
+
+void PlantNode::beat(Round k) {
+  guarded([&] {
+    if (!rounds_ || finish_) return;
+    rounds_->go_to(k);
   });
 }
 
@@ -71,6 +82,16 @@ void PlantNode::depart(std::span<const AgentId> agents) {
   wake_.notify_one();
 }
 
+/// Who comes back is alone in its process, so it names it.
+void PlantNode::come_back(std::span<const AgentId> agents, Round round) {
+  if (!rounds_) return;
+  for (const AgentId agent : agents) {
+    greeted_by_.erase(agent.value);
+    begins_[agent.value] = round;
+  }
+  ready_until_ = std::min(ready_until_, round);
+}
+
 void PlantNode::run() {
   Lock lock(mutex_);
   announce(lock, wire::State::hello);
@@ -84,9 +105,6 @@ void PlantNode::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
-  const std::uint64_t rejected =
-      assignments_.rejected() + grants_.rejected() + commands_.rejected() + (actuations_ ? actuations_->rejected() : 0);
-  if (rejected > 0) spdlog::warn("{} samples broke a bound of the wire and were left out", rejected);
 }
 
 void PlantNode::serve(Lock& lock) {
@@ -96,11 +114,15 @@ void PlantNode::serve(Lock& lock) {
              (rounds_ && !finish_ && rounds_->report_due()) || met_until() > ready_until_ || !greeted_;
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
-    if (!rounds_ || !somebody_joins())
+    if (pacer_) {
+      if (!wake_.wait_for(lock, kReportEvery, has_work) && !finish_) send_reports(lock, false);
+      if (somebody_joins()) greeted_ = false;
+    } else if (!rounds_ || !somebody_joins())
       wake_.wait(lock, has_work);
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
+    if ((orphaned_ || orchestrator_lost_) && rounds_) write_down(rounds_->take_all());
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
@@ -119,6 +141,9 @@ void PlantNode::serve(Lock& lock) {
 }
 
 void PlantNode::begin_run(Lock& lock) {
+  lock.unlock();
+  pacer_.reset();
+  lock.lock();
   assigned_ = false;
   epoch_ = newest_epoch_;
   ready_until_ = granted_until_ = 0;
@@ -131,6 +156,9 @@ void PlantNode::begin_run(Lock& lock) {
     std::move(part.task.parts.begin(), part.task.parts.end(), std::back_inserter(run.task.parts));
   }
   steered_ = run.steered;
+  delivery_ = run.realtime ? std::optional(run.delivery) : std::nullopt;
+  dt_ = run.task.dt;
+  last_round_ = run.rounds;
   rounds_ = std::make_unique<PlantRounds>(run, [this](std::uint32_t process, Round round, std::span<const double> values) {
     measurements_.at(process).write({*epoch_, round, values});
   });
@@ -140,9 +168,10 @@ void PlantNode::begin_run(Lock& lock) {
 
 /// Creates the ends of the closed loop that earlier runs of the session did not.
 void PlantNode::meet_agents(Lock& lock) {
-  const std::map<std::uint32_t, Round> processes = rounds_->processes();
+  begins_ = rounds_->processes();
+  const std::map<std::uint32_t, Round> processes = begins_;
   lock.unlock();  // creating endpoints calls back
-  if (!actuations_) actuations_.emplace(participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); });
+  if (!actuations_) actuations_.emplace(participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); }, delivery_);
   std::map<std::uint32_t, wire::MeasurementWriter> created;
   for (const auto& [process, first] : processes) {
     if (measurements_.contains(process)) continue;  // only this thread changes the map
@@ -157,7 +186,7 @@ void PlantNode::meet_agents(Lock& lock) {
                         greeted_ = false;
                         wake_.notify_one();
                       });
-                    }));
+                    }, delivery_));
   }
   lock.lock();
   measurements_.merge(created);
@@ -173,8 +202,7 @@ void PlantNode::greet() {
 
 /// A process that takes part in a round which is not granted yet may still need a greeting.
 bool PlantNode::somebody_joins() const {
-  return std::any_of(rounds_->processes().begin(), rounds_->processes().end(),
-                     [this](const auto& process) { return process.second >= granted_until_; });
+  return std::any_of(begins_.begin(), begins_.end(), [this](const auto& process) { return process.second >= granted_until_; });
 }
 
 /// Rounds below this one may be granted as far as the plant is concerned: every process that takes part by then has been found and has
@@ -182,17 +210,31 @@ bool PlantNode::somebody_joins() const {
 Round PlantNode::met_until() const {
   if (!rounds_) return 0;
   Round until = std::numeric_limits<Round>::max();
-  for (const auto& [process, first] : rounds_->processes())
+  for (const auto& [process, first] : begins_)
     if (rounds_->expects(process) && (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))))
       until = std::min(until, first);
   return until;
 }
 
 void PlantNode::send_reports(Lock& lock, bool last) {
-  const wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}};
+  wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, participant_.take_refusals(), rounds_->round()};
+  if (last) telemetry.performance = performance();
   lock.unlock();
   telemetry_.write(telemetry);
   lock.lock();
+}
+
+Performance PlantNode::performance() const {
+  Performance performance = usage(kPlant);
+  if (pacer_) pacer_->tell(performance);
+  performance.missed_inputs = rounds_->missed_inputs();
+  performance.sent_again_bytes = presence_.sent_again_bytes() + telemetry_.sent_again_bytes();
+  for (const auto& [process, writer] : measurements_) performance.sent_again_bytes += writer.sent_again_bytes();
+  if (actuations_) {
+    performance.dds_deadlines_missed = actuations_->events().deadlines_missed;
+    performance.liveliness_lost = actuations_->events().liveliness_lost;
+  }
+  return performance;
 }
 
 void PlantNode::announce(Lock& lock, wire::State state, const std::string& note) {

@@ -2,6 +2,7 @@
 /// The plant process on DDS: meets the orchestrator and the agents' processes, then drives the rounds of the physics. The step runs where
 /// the last actuation arrives (DDS's receive thread); the main thread sends telemetry and answers commands.
 
+#include "idl/pacer.hpp"
 #include "idl/run_member.hpp"
 #include "plant/rounds.hpp"
 
@@ -15,7 +16,7 @@ namespace consort {
 class PlantNode : public RunMember {
  public:
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
-  PlantNode(const dds::domain::DomainParticipant& participant, bool launched);
+  PlantNode(const wire::Participant& participant, bool launched);
 
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
   /// an assignment cannot be carried out or the physics diverges (the orchestrator has been told by then).
@@ -27,27 +28,34 @@ class PlantNode : public RunMember {
   void on_grant(wire::Grant&& grant);
   void on_actuation(const wire::Actuation& actuation);
   void depart(std::span<const AgentId> agents) override;
+  void come_back(std::span<const AgentId> agents, Round round) override;
 
   // Called on the main thread.
   void serve(Lock& lock);
   void begin_run(Lock& lock);
   void meet_agents(Lock& lock);
+  void beat(Round k);
+  [[nodiscard]] Performance performance() const;
   void greet();
   void send_reports(Lock& lock, bool last);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   [[nodiscard]] Round met_until() const;
   [[nodiscard]] bool somebody_joins() const;
 
-  dds::domain::DomainParticipant participant_;
+  wire::Participant participant_;
 
   // Guarded by the lock, as all that follows.
   std::map<std::uint32_t, wire::PlantAssignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
   std::unique_ptr<PlantRounds> rounds_;
   bool steered_ = false;
+  std::optional<wire::Delivery> delivery_;  // in real time
+  Seconds dt_ = 1.0;
+  Round last_round_ = 0;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
   Round granted_until_ = 0;
+  std::map<std::uint32_t, Round> begins_;  // by process: the round in which it begins to take part, for the last time so far
   std::set<std::uint32_t> found_;       // processes that read their measurement
   std::set<std::uint32_t> greeted_by_;  // processes whose greeting has come: the connection works
   bool greeted_ = true;                 // everybody found so far has been greeted
@@ -59,6 +67,7 @@ class PlantNode : public RunMember {
   wire::Reader<wire::PlantAssignment> assignments_;
   wire::Reader<wire::Grant> grants_;
   wire::Reader<wire::Command> commands_;
+  std::optional<Pacer> pacer_;  // destroyed first, and never under the lock: it calls back
 };
 
 }  // namespace consort

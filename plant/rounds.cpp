@@ -12,6 +12,7 @@ PlantRounds::PlantRounds(const wire::PlantAssignment& run, Send send)
       rounds_(run.rounds),
       report_interval_(run.report_interval),
       steered_(run.steered),
+      realtime_(run.realtime),
       hashes_(run.agents.size()) {
   for (std::size_t index = 0; index < run.agents.size(); ++index) {
     const AgentId agent = agent_at(index);
@@ -31,6 +32,7 @@ bool PlantRounds::takes_part(const Process& process) const {
 }
 
 void PlantRounds::grant(const wire::Grant& grant) {
+  if (grant.until <= until_ && grant.report_at <= report_at_) return;
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
   report_due_ = physics_.round() >= report_at_;
@@ -38,7 +40,9 @@ void PlantRounds::grant(const wire::Grant& grant) {
 
 void PlantRounds::receive(const wire::Actuation& actuation) {
   const auto at = processes_.find(actuation.process);
-  if (at == processes_.end() || at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_) return;
+  if (at == processes_.end()) return;
+  if (realtime_ ? !steered_ || actuation.round < at->second.newest : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
+    return;
   std::size_t used = 0;
   for (const AgentId i : at->second.agents) {
     if (!physics_.present(i, actuation.round)) continue;
@@ -52,8 +56,9 @@ void PlantRounds::receive(const wire::Actuation& actuation) {
                    std::to_string(actuation.process) + " has " + std::to_string(actuation.values.size()) + " numbers; the plant takes " +
                    std::to_string(used));
   }
+  at->second.newest = actuation.round + 1;
   at->second.acted = true;
-  --missing_;
+  if (!realtime_) --missing_;
 }
 
 void PlantRounds::depart(std::span<const AgentId> agents) {
@@ -101,6 +106,25 @@ void PlantRounds::advance() {
   }
 }
 
+namespace {
+
+bool ends(const Attendance& attendance, Round k) {
+  return k == attendance.until ||
+         std::any_of(attendance.again.begin(), attendance.again.end(), [k](const Attendance& stay) { return k == stay.until; });
+}
+
+}  // namespace
+
+void PlantRounds::go_to(Round k) {
+  while (physics_.round() < k) {
+    if (steered_)
+      for (const auto& [name, process] : processes_) missed_inputs_ += takes_part(process) && process.newest != physics_.round() + 1 ? 1 : 0;
+    physics_.advance();
+    note_states();
+  }
+  if (k < rounds_) measure();
+}
+
 void PlantRounds::note_states() {
   const Round k = physics_.round();
   const bool reported = k % report_interval_ == 0 || k == rounds_;
@@ -108,14 +132,24 @@ void PlantRounds::note_states() {
     const Attendance& attendance = attendance_[index];
     const std::span<const double> state = physics_.state(agent_at(index));
     if (attendance.holds(k)) hashes_[index].extend(state);
-    if (!(attendance.holds(k) && reported) && k != attendance.until) continue;
-    wire::MemberReport& report = reports_[index];
-    report.rounds.push_back(k);
-    report.estimates.resize(report.estimates.size() + state_layout().size());
-    physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
-    report.hashes.push_back(hashes_[index].value());
-    report.counters.push_back({});
+    if (!(attendance.holds(k) && reported) && !ends(attendance, k)) continue;
+    add_report(index);
   }
+}
+
+void PlantRounds::add_report(std::size_t index) {
+  wire::MemberReport& report = reports_[index];
+  report.rounds.push_back(physics_.round());
+  report.estimates.resize(report.estimates.size() + state_layout().size());
+  physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
+  report.hashes.push_back(hashes_[index].value());
+  report.counters.push_back({});
+}
+
+std::vector<wire::MemberReport> PlantRounds::take_all() {
+  for (std::size_t index = 0; index < reports_.size(); ++index)
+    if (reports_[index].rounds.empty() || reports_[index].rounds.back() != physics_.round()) add_report(index);
+  return take_reports();
 }
 
 std::vector<wire::MemberReport> PlantRounds::take_reports() {

@@ -19,7 +19,7 @@ class PlantRounds {
   /// `run` holds every agent. Throws ConfigError where the model or a disturbance refuses its values.
   PlantRounds(const wire::PlantAssignment& run, Send send);
 
-  /// Rounds below grant.until may run.
+  /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing.
   void grant(const wire::Grant& grant);
   /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
   void receive(const wire::Actuation& actuation);
@@ -27,10 +27,17 @@ class PlantRounds {
   void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
   void advance();
+  /// Real time: moves on to round k, whatever has been received, each control held as long as no newer one has come, and sends what is
+  /// measured there.
+  void go_to(Round k);
+  /// Real time: controls that had not come in time.
+  [[nodiscard]] std::uint64_t missed_inputs() const { return missed_inputs_; }
 
   /// The grant's report point has been reached since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
   std::vector<wire::MemberReport> take_reports();
+  /// What has not been reported yet, and how each part stands.
+  std::vector<wire::MemberReport> take_all();
   [[nodiscard]] Round round() const { return physics_.round(); }
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
   /// Lowest ids of the processes, ascending, with the round in which each begins to take part.
@@ -48,15 +55,17 @@ class PlantRounds {
   struct Process {
     std::vector<AgentId> agents;  // ascending
     bool acted = false;           // its controls of the current round are there
+    Round newest = 0;             // real time: the round its newest controls are of, plus one
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
   void measure();
   void note_states();
+  void add_report(std::size_t index);
 
   Physics physics_;
   Send send_;
   Round rounds_, report_interval_;
-  bool steered_;
+  bool steered_, realtime_;
   std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
   std::map<std::uint32_t, Round> first_rounds_;
@@ -67,6 +76,7 @@ class PlantRounds {
   std::size_t missing_ = 0;     // processes whose controls of this round are still to come
   Round until_ = 0, report_at_ = 0;
   bool report_due_ = false;
+  std::uint64_t missed_inputs_ = 0;
 };
 
 }  // namespace consort

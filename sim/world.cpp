@@ -10,6 +10,8 @@
 namespace consort {
 namespace {
 
+constexpr Round kNobodyRunsAhead = 1;  // of the agents here
+
 /// All agents of one run, side by side in memory.
 class World {
  public:
@@ -23,21 +25,28 @@ class World {
   void note_estimate(std::size_t i);
   void note_states();
   void begin_presence(Round k);
+  void come_back(std::size_t i, Round k);
   void tell(std::size_t i, Round k);
   void steer();
+  [[nodiscard]] AgentCounters counters_of(std::size_t i) const;
   [[nodiscard]] bool present(std::size_t i, Round k) const { return presence_.empty() || presence_[i].holds(k); }
   [[nodiscard]] Sense sense_of(std::size_t i, Round k) const;
   [[nodiscard]] std::span<const Values* const> told_of(std::size_t i) const {
     return told_.empty() ? std::span<const Values* const>() : std::span<const Values* const>(told_[i]);
   }
 
+  const Experiment& experiment_;
+  const ProtocolChoice& choice_;
+  AgentMaker maker_;
+  Seed seed_;
   Seconds dt_;
   std::vector<Attendance> presence_;  // by agent; empty if everybody is there throughout
   Schedule schedule_;
   Schedule::Segment segment_;
   std::vector<std::unique_ptr<Protocol>> protocols_;
   std::vector<Mailbox> mailboxes_;
-  std::vector<std::vector<Told>> to_learn_;       // by agent: what it is told later, the next one last
+  std::vector<std::vector<Told>> learning_;       // by agent: what it is told, and when, the first one last
+  std::vector<std::vector<Told>> to_learn_;       // what of that is still to come
   std::vector<std::vector<const Values*>> told_;  // by agent: what others announced; empty where nobody announces anything
   std::size_t message_size_ = 0, dimension_ = 0;
   std::optional<Physics> physics_;
@@ -52,26 +61,34 @@ class World {
   std::vector<double> estimates_;  // n x dimension_
   std::vector<HistoryHash> histories_;
   std::vector<std::uint64_t> hashes_;
-  std::vector<AgentCounters> counters_;
+  std::vector<AgentCounters> counters_;  // of the current stay: what was sent
+  std::vector<AgentCounters> totals_;    // of all stays, as reported
+  std::vector<AgentCounters> before_;  // of earlier stays; empty where nobody comes back
+  std::map<Edge, LinkCounters> links_before_;
 };
 
 World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed)
-    : dt_(experiment.dt), schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)), truth_(find_protocol(choice.name).truth) {
-  AgentMaker maker(experiment, choice, seed);
-  physics_ = maker.physics();
+    : experiment_(experiment),
+      choice_(choice),
+      maker_(experiment, choice, seed),
+      seed_(seed),
+      dt_(experiment.dt),
+      schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)), truth_(find_protocol(choice.name).truth) {
+  physics_ = maker_.physics();
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
   const Graph support = schedule_.support(experiment.rounds);
   if (find_protocol(choice.name).announces) {
-    to_learn_ = announcements(support, experiment.presence);
-    for (auto& list : to_learn_) std::stable_sort(list.begin(), list.end(), [](const Told& a, const Told& b) { return a.since > b.since; });
+    learning_ = announcements(support, experiment.presence);
+    for (auto& list : learning_) std::stable_sort(list.begin(), list.end(), [](const Told& a, const Told& b) { return a.since > b.since; });
+    to_learn_ = learning_;
     told_.assign(n, std::vector<const Values*>(n, nullptr));
   }
   if (!experiment.presence.empty())
     for (std::size_t i = 0; i < n; ++i) presence_.push_back(experiment.presence_of(agent_at(i)));
   for (std::size_t i = 0; i < n; ++i) {
     const AgentId self = agent_at(i);
-    protocols_.push_back(maker.make(self));
+    protocols_.push_back(maker_.make(self));
     measurements_.emplace_back(physics_ ? physics_->measurement_size(self) : 0);
     const Layout& layout = protocols_.back()->message_layout();
     if (layout != protocols_.front()->message_layout())
@@ -79,9 +96,7 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
                         ": its state has another dimension than that of agent 1; allowed: one dimension for all");
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
-    constexpr Round kNobodyRunsAhead = 1;
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead,
-                            experiment.presence_of(self).from);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead, experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
@@ -90,6 +105,7 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   histories_.resize(n);
   hashes_.resize(n);
   counters_.resize(n);
+  totals_.resize(n);
   steers_ = physics_ && protocols_.front()->control_size() > 0;
   if (physics_) {
     states_.resize(n * physics_->state_layout().size());
@@ -171,23 +187,57 @@ void World::advance(Round k) {
 
 /// Whoever joins at round k starts from its initial estimate.
 void World::begin_presence(Round k) {
-  for (std::size_t i = 0; i < presence_.size(); ++i)
-    if (presence_[i].from == k) note_estimate(i);
+  for (std::size_t i = 0; i < presence_.size(); ++i) {
+    const auto& again = presence_[i].again;
+    if (std::any_of(again.begin(), again.end(), [k](const Attendance& stay) { return stay.from == k; }))
+      come_back(i, k);
+    else if (presence_[i].from == k)
+      note_estimate(i);
+  }
+}
+
+/// Agent i begins anew at round k: it remembers nothing of its earlier stay.
+void World::come_back(std::size_t i, Round k) {
+  const AgentId self = agent_at(i);
+  if (before_.empty()) before_.resize(protocols_.size());
+  before_[i] = counters_of(i);
+  for (const AgentId from : mailboxes_[i].senders()) {
+    links_before_[{from, self}] += mailboxes_[i].counters(from);
+  }
+  counters_[i] = {};
+  histories_[i] = {};
+  protocols_[i] = maker_.make(self);
+  const std::span<const AgentId> senders = mailboxes_[i].senders();
+  mailboxes_[i] = Mailbox(self, {senders.begin(), senders.end()}, protocols_[i]->message_layout(), experiment_.links_of(choice_), seed_,
+                          kNobodyRunsAhead, k);
+  if (!told_.empty()) {
+    for (auto& told : told_)
+      if (told[i]) told[i] = &protocols_[i]->announcement();
+    std::fill(told_[i].begin(), told_[i].end(), nullptr);
+    to_learn_[i] = learning_[i];
+  }
+  note_estimate(i);
+}
+
+/// Of all stays so far.
+AgentCounters World::counters_of(std::size_t i) const {
+  const LinkCounters links = mailboxes_[i].counters();
+  AgentCounters total{counters_[i].sent, links.delivered, links.lost};
+  if (!before_.empty()) total += before_[i];
+  return total;
 }
 
 RoundReport World::report(Round k) {
   const std::size_t size = physics_ ? physics_->state_layout().size() : 0;
   for (std::size_t i = 0; i < protocols_.size(); ++i) {
-    const LinkCounters links = mailboxes_[i].counters();
-    counters_[i].delivered = links.delivered;
-    counters_[i].lost = links.lost;
+    totals_[i] = counters_of(i);
     hashes_[i] = histories_[i].value();
     if (physics_) state_hashes_[i] = state_histories_[i].value();
     if (present(i, k)) continue;
     std::fill_n(estimates_.begin() + static_cast<std::ptrdiff_t>(i * dimension_), dimension_, kAbsent);
     std::fill_n(states_.begin() + static_cast<std::ptrdiff_t>(i * size), size, kAbsent);
   }
-  return {k, estimates_, hashes_, counters_, states_, state_hashes_};
+  return {k, estimates_, hashes_, totals_, states_, state_hashes_};
 }
 
 Trace World::empty_trace() const {
@@ -206,7 +256,8 @@ std::vector<LinkTotals> World::links() const {
   std::vector<LinkTotals> links;
   for (std::size_t i = 0; i < mailboxes_.size(); ++i) {
     for (const AgentId from : mailboxes_[i].senders()) {
-      const LinkCounters counters = mailboxes_[i].counters(from);
+      LinkCounters counters = mailboxes_[i].counters(from);
+      if (const auto earlier = links_before_.find({from, agent_at(i)}); earlier != links_before_.end()) counters += earlier->second;
       if (counters != LinkCounters{})
         links.push_back(
             {{from, agent_at(i)}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});

@@ -37,7 +37,8 @@ Experiment experiment_of(std::size_t agents, Round rounds, const std::string& pr
   return experiment;
 }
 
-/// Several Lockstep objects that exchange messages through a bag from which any message may come next, twice now and then.
+/// Several Lockstep objects that exchange messages through a bag from which any message may come next, twice now and then; grants come
+/// again too.
 class Shuffled {
  public:
   Shuffled(const Experiment& experiment, std::size_t per_process, Seed order)
@@ -75,6 +76,7 @@ class Shuffled {
     const Schedule schedule = experiment_.schedule(experiment_.seed);
     Round granted = 0;
     std::uint32_t number = 0;
+    std::vector<wire::Grant> grants;
     while (granted < experiment_.rounds) {
       wire::Grant grant{1, std::min<Round>(experiment_.rounds, granted + 1 + static_cast<Round>(draws_.below(20))), 0, {}};
       grant.report_at = grant.until;
@@ -84,8 +86,10 @@ class Shuffled {
         stated_ = segment.last >= experiment_.rounds ? experiment_.rounds : segment.last + 1;
       }
       granted = grant.until;
+      grants.push_back(grant);
       for (const auto& process : processes_) {
         process->grant(grant);
+        process->grant(grants[draws_.below(grants.size())]);  // an old one, come again
         process->advance();
       }
       empty_the_bag();

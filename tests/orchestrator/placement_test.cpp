@@ -40,9 +40,9 @@ TEST(Placement, WhoJoinsLaterSharesNoProcessWithWhoIsThere) {
   const Placement placement = place(experiment);
   ASSERT_EQ(placement.processes.size(), 4u);
   EXPECT_EQ(placement.processes[1].agents, std::vector<AgentId>{AgentId{2}});
-  EXPECT_EQ(placement.processes[1].first, 10u);
+  EXPECT_EQ(placement.processes[1].presence.from, 10u);
   EXPECT_EQ(placement.processes[3].agents, (std::vector<AgentId>{AgentId{6}, AgentId{7}}));
-  EXPECT_EQ(placement.processes[3].first, 20u);
+  EXPECT_EQ(placement.processes[3].presence.from, 20u);
 }
 
 TEST(Placement, DiscoveryFollowsSizeAndDensityUnlessTheFileSaysOtherwise) {

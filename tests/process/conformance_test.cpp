@@ -15,6 +15,7 @@ Experiment shipped(const std::filesystem::path& file) {
   ScriptOverrides shorter;
   shorter.rounds = std::min<Round>(whole.rounds, whole.agents >= 50 ? 20 : 300);
   shorter.agents_per_process = 1;
+  shorter.mode = Mode::lockstep;
   shorter.runs = std::min<std::size_t>(whole.runs, 3);
   return load_experiment(file, shorter);
 }

@@ -1,5 +1,6 @@
 /// What happens when a person interrupts, a process dies, or somebody never comes: real programs, real signals.
 
+#include "idl/trust.hpp"
 #include "tests/support/process_run.hpp"
 
 #include <gtest/gtest.h>
@@ -35,8 +36,8 @@ stop: {deadline: 120 s}
 )";
 
 struct Command {
-  explicit Command(const std::string& text, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", "lockstep", "--output", output()};
+  explicit Command(const std::string& text, std::vector<std::string> more = {}, const std::string& mode = "lockstep") {
+    std::vector<std::string> arguments{"run", folder.write("experiment.yaml", text), "--mode", mode, "--output", output()};
     arguments.insert(arguments.end(), more.begin(), more.end());
     program = std::make_unique<Program>(folder, "consort", arguments);
   }
@@ -126,6 +127,30 @@ TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
     EXPECT_EQ(run.program->wait(60), 143) << run.program->err();
     expect_none_left(children, 5);
   }
+}
+
+TEST(Faults, WithoutTheOrchestratorEverybodyWritesWhatItHoldsAndEnds) {
+  for (const char* mode : {"lockstep", "realtime"}) {
+    SCOPED_TRACE(mode);
+    Command run(std::string(kEndless) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n", {}, mode);
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    const auto children = run.program->children();
+    ASSERT_EQ(children.size(), 7u);
+    kill(children[2], SIGSTOP);  // who is stopped must not be left either
+    run.program->signal(SIGKILL);
+    expect_none_left(children, 30);
+    std::size_t told = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(run.output() + "/logs"))
+      told += text_of(entry.path()).find("held: agent") != std::string::npos ? 1 : 0;
+    EXPECT_EQ(told, 7u) << "the log of each process says what it held";
+  }
+}
+
+TEST(Faults, TwoRunsOfOneExperimentDoNotDisturbEachOther) {
+  Command first(kShort), second(kShort);
+  EXPECT_EQ(first.program->wait(120), 0) << first.program->err();
+  EXPECT_EQ(second.program->wait(120), 0) << second.program->err();
+  EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
 }
 
 TEST(Faults, WhoIsScheduledToLeaveEndsItsProcessAndTheRestFinish) {
@@ -235,10 +260,20 @@ TEST(Faults, TwoRunsInTheSameDomainAreIndependent) {
   EXPECT_EQ(first.summary().at("trace_hash"), second.summary().at("trace_hash"));
 }
 
+/// The runs and agents started under it know each other.
+class SharedKey {
+ public:
+  SharedKey() { setenv(wire::RunKey::kVariable, wire::RunKey::random_secret().c_str(), 1); }
+  ~SharedKey() { unsetenv(wire::RunKey::kVariable); }
+  SharedKey(const SharedKey&) = delete;
+  SharedKey& operator=(const SharedKey&) = delete;
+};
+
 /// An agent started by hand, before or after the orchestrator, joins; the result is the one of a launched run.
 TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
   Command launched(kShort);
   ASSERT_EQ(launched.program->wait(), 0) << launched.program->err();
+  const SharedKey key;
   for (const bool agent_first : {true, false}) {
     SCOPED_TRACE(agent_first);
     const std::string name = unique_run_name("by-hand");
@@ -264,6 +299,7 @@ TEST(Faults, APlantStartedByHandJoins) {
   const std::string loop = std::string(kShort) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
   Command launched(loop);
   ASSERT_EQ(launched.program->wait(), 0) << launched.program->err();
+  const SharedKey key;
   const std::string name = unique_run_name("plant-by-hand");
   const Folder folder;
   Command run(loop, {"--name", name, "--domain", "64", "--external", "0"});
@@ -275,6 +311,7 @@ TEST(Faults, APlantStartedByHandJoins) {
 }
 
 TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
+  const SharedKey key;
   const std::string name = unique_run_name("orphan");
   const Folder folder;
   Program agent(folder, "consort-agent", {"--id", "4", "--run", name, "--domain", "63"});
@@ -287,7 +324,8 @@ TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
 }
 
 TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
-  const std::string name = unique_run_name("stranger");
+  const SharedKey key;
+  const std::string name = unique_run_name("unplaced");
   const Folder folder;
   Program stranger(folder, "consort-agent", {"--ids", "2-3", "--run", name, "--domain", "64"});
   ASSERT_TRUE(eventually([&] { return !stranger.err().empty(); }));
@@ -296,6 +334,24 @@ TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
   EXPECT_NE(run.program->err().find("does not place so"), std::string::npos) << run.program->err();
   EXPECT_EQ(stranger.wait(60), 2) << stranger.err();
   EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();
+}
+
+TEST(Faults, AnAgentWithoutTheRunsKeyIsAStrangerToIt) {
+  const std::string name = unique_run_name("keyless");
+  const Folder folder;
+  const std::vector<std::string> by_hand{"--id", "4", "--run", name, "--domain", "65"};
+  std::string text = kShort;
+  text.replace(text.find("120 s"), 5, "6 s");
+  const SharedKey key;
+  Command run(text, {"--name", name, "--domain", "65", "--external", "4"});
+  setenv(wire::RunKey::kVariable, "not the key of this run", 1);
+  Program agent(folder, "consort-agent", by_hand);
+  EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
+  EXPECT_NE(run.program->err().find("never appeared: agent-4"), std::string::npos) << run.program->err();
+  unsetenv(wire::RunKey::kVariable);
+  Program without(folder, "consort-agent", by_hand);
+  EXPECT_EQ(without.wait(60), 2);
+  EXPECT_NE(without.err().find("CONSORT_KEY"), std::string::npos) << without.err();
 }
 
 TEST(Faults, BadOptionsOfTheAgentAreExplained) {

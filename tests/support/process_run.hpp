@@ -17,9 +17,11 @@ class Keeper : public RunObserver {
   void report(const Job&, const RoundReport&) override { ++reports; }
   void event(const Job&, Round, const std::string& kind, const std::string& text) override { events.push_back(kind + ": " + text); }
   void run_ends(const JobOutcome& outcome) override { outcomes.push_back(outcome); }
+  void refused(const std::vector<Refusal>& what) override { refusals = what; }
 
   std::vector<JobOutcome> outcomes;
   std::vector<std::string> events;
+  std::vector<Refusal> refusals;
   std::size_t reports = 0;
 };
 
@@ -29,9 +31,11 @@ inline std::string unique_run_name(const std::string& stem) {
   return stem + "-" + std::to_string(getpid()) + "-" + std::to_string(number++);
 }
 
-inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr) {
+/// `watcher`: keeps the events as well.
+inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr, Keeper* watcher = nullptr) {
   const Folder logs;
-  Keeper keeper;
+  Keeper own;
+  Keeper& keeper = watcher ? *watcher : own;
   RunOptions options;
   options.run_name = unique_run_name("test");
   options.log_directory = logs.path();

@@ -2,6 +2,7 @@
 /// Cyclone configuration as text. Pure functions; what works on loopback and why is measured, see docs/decisions.
 
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ struct Settings {
   std::optional<std::chrono::milliseconds> lease_duration{};  ///< silence after which a participant is gone; Cyclone: 10 s
   bool tuned = false;  ///< slower acknowledgements and heartbeats: halves a dense start-up of ~100 processes, and
                        ///< adds 1 s to a small one and delays repair of real losses
+  double transmit_loss = 0.0;  ///< this share of all outgoing packets, discovery's too, is thrown away at random before the socket
   std::optional<std::size_t> writer_high_watermark{};  ///< bytes a writer may hold unacknowledged before a write waits; Cyclone: 500 kB
 };
 
@@ -118,6 +120,8 @@ inline std::string internal(const Settings& settings) {
     const std::string bytes = std::to_string(*settings.writer_high_watermark) + "B";
     content += element("Watermarks", element("WhcHigh", bytes) + element("WhcHighInit", bytes) + element("WhcAdaptive", "false"));
   }
+  if (settings.transmit_loss > 0.0)
+    content += element("Test", element("XmitLossiness", std::to_string(std::lround(1000.0 * settings.transmit_loss))));
   return content.empty() ? "" : element("Internal", content);
 }
 

@@ -4,6 +4,7 @@
 #include "dds/policy.hpp"
 
 #include <cstdlib>
+#include <optional>
 
 namespace dds::domain {
 
@@ -36,6 +37,12 @@ class DomainParticipant : public core::Entity {
   explicit DomainParticipant(std::uint32_t id, const qos::DomainParticipantQos& qos = {}) : DomainParticipant(id, qos, nullptr) {}
   explicit DomainParticipant(const Domain& domain, const qos::DomainParticipantQos& qos = {})
       : DomainParticipant(domain.domain_id(), qos, domain.state()) {}
+  /// Its name on the network; no other participant has it.
+  dds_guid_t guid() const {
+    dds_guid_t result{};
+    core::expect(dds_get_guid(handle(), &result), "get GUID of ", state_->name);
+    return result;
+  }
   /// Shows that this participant is alive, for Liveliness::ManualByParticipant.
   void assert_liveliness() { core::expect(dds_assert_liveliness(handle()), "assert liveliness of ", state_->name); }
 
@@ -44,6 +51,112 @@ class DomainParticipant : public core::Entity {
       : Entity(std::make_shared<core::EntityState>("participant in domain " + std::to_string(id), std::move(domain))) {
     state_->handle = core::expect(dds_create_participant(id, qos.get(), nullptr), "create ", state_->name);
     state_->apply_mask();
+  }
+};
+
+/// What discovery knows of the process behind a participant; empty where it does not say.
+struct ParticipantBuiltinTopicData {
+  dds_guid_t key{};
+  std::string host, process, pid;
+};
+
+/// A writer or reader as discovery knows it.
+struct EndpointBuiltinTopicData {
+  dds_guid_t key{}, participant_key{};
+  std::string topic_name, type_name;
+  std::vector<std::string> partition;
+  std::vector<unsigned char> user_data;
+};
+
+namespace detail {
+
+inline std::string property(const dds_qos_t* qos, const char* name) {
+  char* value = nullptr;
+  if (!dds_qget_prop(qos, name, &value)) return {};
+  std::string result(value);
+  dds_free(value);
+  return result;
+}
+
+inline EndpointBuiltinTopicData endpoint_data(const dds_builtintopic_endpoint_t& endpoint) {
+  EndpointBuiltinTopicData result{endpoint.key, endpoint.participant_key, endpoint.topic_name, endpoint.type_name, {}, {}};
+  std::uint32_t count = 0;
+  char** names = nullptr;
+  if (dds_qget_partition(endpoint.qos, &count, &names)) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      result.partition.emplace_back(names[i]);
+      dds_free(names[i]);
+    }
+    dds_free(names);
+  }
+  void* bytes = nullptr;
+  std::size_t size = 0;
+  if (dds_qget_userdata(endpoint.qos, &bytes, &size) && bytes != nullptr) {
+    const auto* begin = static_cast<const unsigned char*>(bytes);
+    result.user_data.assign(begin, begin + size);
+    dds_free(bytes);
+  }
+  return result;
+}
+
+}  // namespace detail
+
+/// What discovery has found of one kind, itself included. Those that have left are remembered. May be asked from a listener, also from one
+/// that runs while its entity is being created.
+class Discovered : public core::Entity {
+ protected:
+  Discovered(const DomainParticipant& participant, dds_entity_t topic, const char* what)
+      : Entity(std::make_shared<core::EntityState>(what, participant.state())) {
+    state_->handle = core::expect(dds_create_reader(participant.handle(), topic, nullptr, nullptr), "create reader of ", state_->name);
+    state_->apply_mask();
+  }
+  /// Hands the newest data of an instance to `use`, if there is any.
+  template <class Raw, class Use>
+  void read(dds_instance_handle_t instance, Use&& use) const {
+    void* data = nullptr;
+    dds_sample_info_t info;
+    const dds_return_t count = dds_read_instance(handle(), &data, &info, 1, 1, instance);
+    if (count == DDS_RETCODE_PRECONDITION_NOT_MET || count == DDS_RETCODE_BAD_PARAMETER || count == DDS_RETCODE_NO_DATA) return;  // unknown
+    if (core::expect(count, "read from ", state_->name) == 0) return;
+    if (info.valid_data) use(*static_cast<const Raw*>(data));
+    dds_return_loan(handle(), &data, count);
+  }
+};
+
+class DiscoveredParticipants : public Discovered {
+ public:
+  explicit DiscoveredParticipants(const DomainParticipant& participant)
+      : Discovered(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, "the participants") {}
+
+  /// Only the key is filled in if it was never found.
+  ParticipantBuiltinTopicData find(const dds_guid_t& guid) const {
+    ParticipantBuiltinTopicData result{guid, {}, {}, {}};
+    dds_builtintopic_participant_t key{};
+    key.key = guid;
+    const dds_instance_handle_t instance = dds_lookup_instance(handle(), &key);
+    if (instance == DDS_HANDLE_NIL) return result;
+    read<dds_builtintopic_participant_t>(instance, [&](const dds_builtintopic_participant_t& found) {
+      result.host = detail::property(found.qos, "__Hostname");
+      result.process = detail::property(found.qos, "__ProcessName");
+      result.pid = detail::property(found.qos, "__Pid");
+    });
+    return result;
+  }
+};
+
+/// Writers or readers, by the handle that statuses and samples have for them.
+class DiscoveredEndpoints : public Discovered {
+ public:
+  enum class Kind { writers, readers };
+  DiscoveredEndpoints(const DomainParticipant& participant, Kind kind)
+      : Discovered(participant, kind == Kind::writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
+                   kind == Kind::writers ? "the writers" : "the readers") {}
+
+  std::optional<EndpointBuiltinTopicData> find(core::InstanceHandle endpoint) const {
+    std::optional<EndpointBuiltinTopicData> result;
+    read<dds_builtintopic_endpoint_t>(endpoint,
+                                      [&](const dds_builtintopic_endpoint_t& found) { result = detail::endpoint_data(found); });
+    return result;
   }
 };
 

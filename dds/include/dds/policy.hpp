@@ -5,6 +5,7 @@
 
 #include <concepts>
 #include <initializer_list>
+#include <span>
 
 namespace dds::core::policy {
 
@@ -117,6 +118,17 @@ class Partition {
 
  private:
   std::vector<std::string> names_;
+};
+
+/// Bytes that travel with an endpoint's announcement, for those that match it to read.
+class UserData {
+ public:
+  explicit UserData(std::span<const unsigned char> value) : value_(value.begin(), value.end()) {}
+  void apply(dds_qos_t* qos) const { dds_qset_userdata(qos, value_.data(), value_.size()); }
+  const std::vector<unsigned char>& value() const { return value_; }
+
+ private:
+  std::vector<unsigned char> value_;
 };
 
 /// Whether an instance is disposed of when its writer unregisters it or goes.

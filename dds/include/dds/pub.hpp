@@ -3,6 +3,8 @@
 
 #include "dds/domain.hpp"
 
+#include <dds/ddsc/dds_statistics.h>
+
 #include <functional>
 
 namespace dds::pub {
@@ -56,6 +58,13 @@ class DataWriter : public core::Entity {
 
   /// Shows that this writer is alive, for Liveliness::ManualByTopic and ManualByParticipant.
   void assert_liveliness() { core::expect(dds_assert_liveliness(handle()), "assert liveliness of writer of topic ", state_->name); }
+
+  /// What had to be sent again, as it had been lost.
+  std::uint64_t retransmitted_bytes() const {
+    const std::unique_ptr<dds_statistics, void (*)(dds_statistics*)> statistics(dds_create_statistics(handle()), dds_delete_statistics);
+    const dds_stat_keyvalue* value = statistics ? dds_lookup_statistic(statistics.get(), "rexmit_bytes") : nullptr;
+    return value ? value->u.u64 : 0;
+  }
 
   core::status::PublicationMatchedStatus publication_matched_status() {
     dds_publication_matched_status_t raw{};

@@ -147,12 +147,7 @@ class SampleBatch {
   std::int32_t count_ = 0;
 };
 
-/// A writer as discovery knows it.
-struct PublicationBuiltinTopicData {
-  dds_guid_t key{}, participant_key{};
-  std::string topic_name, type_name;
-  std::vector<std::string> partition;
-};
+using PublicationBuiltinTopicData = domain::EndpointBuiltinTopicData;
 
 template <topic::TopicType T>
 class DataReader;
@@ -327,7 +322,8 @@ core::InstanceHandleSeq matched_publications(const DataReader<T>& reader) {
   }
 }
 
-/// What discovery knows of one matched writer. Throws InvalidArgumentError when it is matched no longer.
+/// What discovery knows of one matched writer. Throws InvalidArgumentError when it is matched no longer; and
+/// from a listener that runs while the reader is being created.
 template <class T>
 PublicationBuiltinTopicData matched_publication_data(const DataReader<T>& reader, core::InstanceHandle publication) {
   struct Deleter {
@@ -335,17 +331,7 @@ PublicationBuiltinTopicData matched_publication_data(const DataReader<T>& reader
   };
   const std::unique_ptr<dds_builtintopic_endpoint_t, Deleter> endpoint(dds_get_matched_publication_data(reader.handle(), publication));
   if (!endpoint) core::raise(DDS_RETCODE_BAD_PARAMETER, "get matched writer of topic " + reader.state()->name);
-  PublicationBuiltinTopicData result{endpoint->key, endpoint->participant_key, endpoint->topic_name, endpoint->type_name, {}};
-  std::uint32_t count = 0;
-  char** names = nullptr;
-  if (dds_qget_partition(endpoint->qos, &count, &names)) {
-    for (std::uint32_t i = 0; i < count; ++i) {
-      result.partition.emplace_back(names[i]);
-      dds_free(names[i]);
-    }
-    dds_free(names);
-  }
-  return result;
+  return domain::detail::endpoint_data(*endpoint);
 }
 
 }  // namespace dds::sub

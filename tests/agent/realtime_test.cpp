@@ -1,0 +1,143 @@
+/// Rounds that a clock paces: what is used, what is late, what is counted. No clock and no network here.
+
+#include "agent/realtime.hpp"
+
+#include "idl/pacer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+namespace consort {
+namespace {
+
+constexpr AgentId kSelf{1}, kOther{2};
+
+/// Agent 1 hears agent 2 in every round: x_1+ = x_1 + dt (x_2 - x_1).
+class Listener {
+ public:
+  explicit Listener(Seconds lifespan) {
+    wire::Assignment run;
+    run.epoch = 1;
+    run.protocol = "local_voting";
+    run.agents = 2;
+    run.dt = 0.5;
+    run.rounds = 100;
+    run.window = 100;
+    run.realtime = true;
+    run.delivery.lifespan = lifespan;
+    wire::Member member;
+    member.agent = kSelf;
+    member.process = 1;
+    member.initial.set("x", 0.0);
+    member.in_neighbours = {kOther};
+    rounds_ = std::make_unique<Realtime>(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
+    wire::Grant grant{1, 100, 0, {}};
+    grant.segments.push_back({0, 0, std::vector<WeightedEdge>{{{kOther, kSelf}, 1.0}}});
+    rounds_->grant(grant);
+  }
+  void hear(Round round, double x) { rounds_->receive(wire::Information{1, kOther, round, std::span(&x, 1)}); }
+  double after(Round k) {
+    rounds_->begin_round(k);
+    rounds_->end_round(k);
+    return state();
+  }
+  double state() {
+    double x = 0.0;
+    rounds_->protocol(0).estimate(std::span(&x, 1));
+    return x;
+  }
+  NetworkCounters counters() { return rounds_->network().at(0).counters; }
+  Realtime& rounds() { return *rounds_; }
+
+ private:
+  std::unique_ptr<Realtime> rounds_;
+};
+
+TEST(Realtime, NobodyIsWaitedFor) {
+  Listener agent(0.5);
+  agent.hear(0, 8.0);
+  EXPECT_EQ(agent.after(0), 4.0);
+  EXPECT_EQ(agent.after(1), 4.0) << "nothing has come";
+  agent.hear(2, 8.0);
+  EXPECT_EQ(agent.after(2), 6.0);
+  EXPECT_EQ(agent.counters(), (NetworkCounters{3, 2, 1, 0, 0, 0}));
+}
+
+TEST(Realtime, AMessageIsUsedWhileItLivesAndNoNewerOneIsThere) {
+  Listener agent(1.0);  // two rounds
+  agent.hear(0, 8.0);
+  EXPECT_EQ(agent.after(0), 4.0);
+  EXPECT_EQ(agent.after(1), 6.0) << "that of round 0 still counts";
+  EXPECT_EQ(agent.after(2), 6.0) << "and no longer";
+  agent.hear(3, 0.0);
+  EXPECT_EQ(agent.after(3), 3.0);
+}
+
+TEST(Realtime, WhatIsLateDuplicatedOrReorderedIsCountedOnce) {
+  Listener agent(0.5);
+  agent.hear(1, 1.0);
+  agent.hear(0, 8.0);
+  agent.hear(0, 9.0);
+  EXPECT_EQ(agent.after(0), 4.0) << "the first one counts";
+  EXPECT_EQ(agent.counters(), (NetworkCounters{1, 1, 0, 0, 1, 1}));
+  agent.after(1);
+  agent.after(2);
+  EXPECT_EQ(agent.counters().lost, 1u);
+  agent.hear(2, 5.0);
+  EXPECT_EQ(agent.counters(), (NetworkCounters{3, 2, 0, 1, 1, 1})) << "late, after all";
+  agent.hear(2, 5.0);
+  agent.hear(1, 5.0);
+  EXPECT_EQ(agent.counters().late, 1u);
+  EXPECT_EQ(agent.counters().duplicated, 2u) << "that of round 1 had come; of a late one a copy is not told apart";
+}
+
+TEST(Realtime, RoundsThatWereSleptThroughLeaveTheStateAsItIs) {
+  Listener agent(0.5);
+  agent.hear(0, 8.0);
+  agent.after(0);
+  agent.hear(40, 8.0);
+  EXPECT_EQ(agent.after(40), 6.0);
+  const auto reports = agent.rounds().take_reports();
+  ASSERT_EQ(reports.at(0).rounds.size(), 42u) << "0 .. 41, each of them";
+  EXPECT_EQ(reports[0].estimates[20], 4.0);
+  EXPECT_EQ(reports[0].rounds.back(), 41u);
+}
+
+TEST(Pacer, RoundsComeInOrderAndThoseThatAreOverAreLeftOut) {
+  std::mutex mutex;
+  std::condition_variable wake;
+  std::vector<Round> seen;
+  bool block = true;
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  const auto start = static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+  constexpr Round kLast = 400;
+  Pacer pacer(start, 0.002, 0, kLast, {0.0}, [&](std::size_t, Round k) {
+    std::unique_lock lock(mutex);
+    seen.push_back(k);
+    // The third call takes as long as many rounds do.
+    if (seen.size() == 3) wake.wait_for(lock, std::chrono::milliseconds(100), [&] { return !block; });
+    if (k == kLast) wake.notify_all();
+  });
+  std::unique_lock lock(mutex);
+  ASSERT_TRUE(wake.wait_for(lock, std::chrono::seconds(60), [&] { return !seen.empty() && seen.back() == kLast; }));
+  Performance performance;
+  lock.unlock();
+  pacer.tell(performance);
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_EQ(performance.periods, seen.size());
+  EXPECT_GE(performance.missed_deadlines, 40u) << "100 ms are 50 rounds";
+  EXPECT_EQ(seen.front() + seen.size() + performance.missed_deadlines, kLast + 1) << "each round is called or counted";
+}
+
+TEST(Lateness, QuantilesAreRightToAFewPerCent) {
+  Lateness lateness;
+  for (int i = 1; i <= 1000; ++i) lateness.add(1e-6 * i);
+  EXPECT_NEAR(lateness.quantile(0.5), 500e-6, 0.03 * 500e-6);
+  EXPECT_NEAR(lateness.quantile(0.99), 990e-6, 0.03 * 990e-6);
+  EXPECT_EQ(lateness.quantile(1.0), 1e-3);
+  EXPECT_EQ(lateness.largest(), 1e-3);
+}
+
+}  // namespace
+}  // namespace consort

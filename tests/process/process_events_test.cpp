@@ -1,0 +1,110 @@
+/// Kill, restart, stop, continue, leave and join as the file schedules them: real processes, real signals, the simulated trace.
+
+#include "orchestrator/script.hpp"
+#include "tests/support/process_run.hpp"
+#include "tests/support/same_trace.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace consort {
+namespace {
+
+Experiment case_of(const std::string& more) {
+  return parse_experiment(R"(
+experiment: events
+seed: 9
+rounds: 300
+dt: 0.05
+links: {loss: 0.2, overrides: [{edge: 2 -> 3, delay_rounds: 3}]}
+)" + more,
+                          "events.yaml", ".");
+}
+
+/// Four integrators and a plant; agent 3 dies and comes back.
+constexpr const char* kTeam = R"(
+agents: {count: 5, protocol: local_voting, initial: {x: 0}}
+topology: ring
+plant: {model: integrator, initial: {position: [1, 2, 30, 4, 5]}, disturbances: [{on: measurement, gaussian: {deviation: 0.01}}]}
+)";
+
+bool tells(const Keeper& keeper, const std::string& what) {
+  return std::find(keeper.events.begin(), keeper.events.end(), what) != keeper.events.end();
+}
+
+TEST(ProcessEvents, AKilledAgentThatComesBackGivesTheSimulatedTrace) {
+  // The interval divides neither round, so who is killed has to be asked how it stands.
+  for (const char* telemetry : {"", "telemetry: {every: 7}\n"}) {
+    SCOPED_TRACE(telemetry);
+    const Experiment experiment =
+        case_of(std::string(kTeam) + telemetry + "events: [{round: 100, kill: 3}, {round: 173, restart: 3}, {round: 240, kill: 3}]");
+    const auto outcome = run_over_dds(experiment);
+    expect_same_traces(outcome, run_in_simulation(experiment));
+    EXPECT_FALSE(is_absent(outcome[0].trace.state_at(98, AgentId{3})[0]));
+    EXPECT_TRUE(is_absent(outcome[0].trace.state_at(126, AgentId{3})[0])) << "killed before round 100";
+    EXPECT_FALSE(is_absent(outcome[0].trace.state_at(175, AgentId{3})[0])) << "back from round 173 on";
+    EXPECT_TRUE(is_absent(outcome[0].trace.state_at(245, AgentId{3})[0]));
+  }
+}
+
+TEST(ProcessEvents, WhoLeavesMayJoinAgainAndAgainInEveryRunOfASession) {
+  Experiment experiment = case_of(std::string(kTeam) +
+                                  "runs: 2\nevents: [{round: 20, leave: 2}, {round: 60, join: 2}, {round: 61, leave: 5}, {round: 90, leave: 2}, "
+                                  "{round: 120, join: [2, 5]}, {round: 130, kill: 4}, {round: 131, restart: 4}]");
+  const auto simulated = run_in_simulation(experiment);
+  expect_same_traces(run_over_dds(experiment), simulated);
+  experiment.agents_per_process = 2;
+  expect_same_traces(run_over_dds(experiment), simulated);
+  experiment.discovery = Discovery::neighbours;
+  expect_same_traces(run_over_dds(experiment), simulated);
+}
+
+TEST(ProcessEvents, AnObserverThatIsRestartedIsToldAgainWhatOthersAnnounced) {
+  Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "observer_join.yaml");
+  experiment.rounds = 1200;
+  experiment.presence.clear();
+  experiment.presence[AgentId{2}] = {0, 300, {{700}}};
+  experiment.faults = {{300, AgentId{2}, Fault::Kind::kill}, {700, AgentId{2}, Fault::Kind::restart}};
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
+TEST(ProcessEvents, AStragglerIsWaitedForAndChangesNothing) {
+  const Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 50, stop: [2, 4]}, {round: 70, continue: [2, 4]}]");
+  Keeper keeper;
+  const auto outcome = run_over_dds(experiment, nullptr, &keeper);
+  expect_same_traces(outcome, run_in_simulation(experiment));
+  EXPECT_GE(outcome[0].seconds, 0.9) << "20 rounds of 0.05 s asleep";
+  EXPECT_TRUE(tells(keeper, "stop: agent 2")) << "an entry in the record";
+  EXPECT_TRUE(tells(keeper, "continue: agent 4"));
+}
+
+TEST(ProcessEvents, AStoppedProcessDoesNotKeepARestartFromHappening) {
+  const Experiment experiment =
+      case_of(std::string(kTeam) + "events: [{round: 30, kill: 1}, {round: 50, stop: 4}, {round: 51, restart: 1}, {round: 60, continue: 4}]");
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
+TEST(ProcessEvents, MayFillTheWholeRunAndFallOnNeighbours) {
+  const Experiment experiment = case_of(
+      std::string(kTeam) +
+      "events: [{round: 10, kill: [1, 2]}, {round: 11, kill: 3}, {round: 12, restart: [1, 2]}, {round: 13, restart: 3}, {round: 299, kill: 5}]");
+  expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+}
+
+TEST(TransportLoss, EveryRunStartsRunsEndsAndAccountsForIt) {
+  for (const double loss : {0.05, 0.1, 0.2}) {
+    SCOPED_TRACE(loss);
+    Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 10, join: 5}, {round: 15, kill: 2}, {round: 20, restart: 2}]");
+    experiment.rounds = 40;
+    experiment.transport.loss = loss;
+    Keeper keeper;
+    expect_same_traces(run_over_dds(experiment, nullptr, &keeper), run_in_simulation(experiment));
+    const bool told = std::any_of(keeper.events.begin(), keeper.events.end(),
+                                  [](const std::string& event) { return event.find("sent again") != std::string::npos; });
+    EXPECT_TRUE(told) << "what the transport repeated is told";
+  }
+}
+
+}  // namespace
+}  // namespace consort
