@@ -22,12 +22,14 @@ void Realtime::receive(const wire::Measurement& measurement) {
   check_length(measurement);
   std::size_t at = 0;
   for (std::size_t index = 0; index < members_.size(); ++index) {
-    const Member& member = members_[index];
+    Member& member = members_[index];
     if (!member.attendance.holds(measurement.round)) continue;
     const std::span<const double> own = measurement.values.subspan(at, member.measurements);
-    at += member.measurements;
+    const std::span<const double> distances = measurement.values.subspan(at + member.measurements, member.distances);
+    at += member.told_by_plant();
     Extra& extra = extra_[index];
     if (measurement.round < extra.y_of) continue;
+    if (!distances.empty()) member.mailbox.note_distances(distances);
     extra.y.assign(own.begin(), own.end());
     extra.y_of = measurement.round + 1;
   }

@@ -19,7 +19,8 @@ class EventTeller {
     for (const LinkEvent& event : experiment.link_events) {
       events_.push_back({event.round, event.heal ? "heal" : "cut", words_of(event)});
     }
-    for (const LinkModel::Change& change : experiment.links.changes) events_.push_back({change.since, "set_link", words_of(change)});
+    for (const LinkModel::Change& change : experiment.links_of(experiment.protocols.at(job.protocol)).changes)
+      events_.push_back({change.since, "set_link", words_of(change)});
     if (experiment.plant)
       for (const Disturbance& disturbance : experiment.plant->disturbances)
         if (disturbance.first > 0) events_.push_back({disturbance.first, "degrade", words_of_degradation(disturbance)});

@@ -171,8 +171,7 @@ class TopLevel {
       for (const std::string& key : kEvents)
         if (present(section.find(key))) found.emplace_back(key);
       if (found.size() != 1) {
-        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, found.empty() ? "none" : listed(found),
-                                           listed(kEvents)));
+        mistakes_.add(node[i], fmt::format("{}: found {}; allowed: exactly one of {}", what, listed(found), listed(kEvents)));
         continue;
       }
       const YAML::Node value = section.find(found[0]);

@@ -63,7 +63,7 @@ class World {
   std::vector<std::uint64_t> hashes_;
   std::vector<AgentCounters> counters_;  // of the current stay: what was sent
   std::vector<AgentCounters> totals_;    // of all stays, as reported
-  std::vector<AgentCounters> before_;  // of earlier stays; empty where nobody comes back
+  std::vector<AgentCounters> before_;    // of earlier stays; empty where nobody comes back
   std::map<Edge, LinkCounters> links_before_;
 };
 
@@ -73,7 +73,9 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
       maker_(experiment, choice, seed),
       seed_(seed),
       dt_(experiment.dt),
-      schedule_(experiment.schedule(seed)), segment_(schedule_.segment(0)), truth_(find_protocol(choice.name).truth) {
+      schedule_(experiment.schedule(seed)),
+      segment_(schedule_.segment(0)),
+      truth_(find_protocol(choice.name).truth) {
   physics_ = maker_.physics();
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
@@ -96,7 +98,8 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
                         ": its state has another dimension than that of agent 1; allowed: one dimension for all");
     std::vector<AgentId> senders;
     for (const Neighbour& neighbour : support.in_neighbours(self)) senders.push_back(neighbour.id);
-    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead, experiment.presence_of(self).from);
+    mailboxes_.emplace_back(self, std::move(senders), layout, experiment.links_of(choice), seed, kNobodyRunsAhead,
+                            experiment.presence_of(self).from);
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();

@@ -155,7 +155,7 @@ TEST(ScriptLinks, SweepsEveryProtocolOverTheValuesOfOneKey) {
 TEST(ScriptLinks, NamesWhatIsWrongWithASweep) {
   expect_told("sweep: {dt: [1, 2]}", "sweep: found 'dt'; allowed: one key below links");
   expect_told("sweep: {links.loss: [0.1]}", "two values or more");
-  expect_told("sweep: {links.loss: [0.1, 1.5]}", "allowed: 0 to 1");
+  expect_told("sweep: {links.loss: [0.1, 1.5]}", "allowed: a number from 0 to 1");
   expect_told("sweep: {links.loss: [0.1, 0.1]}", "a second time");
   expect_told("sweep: {links.los: [0.1, 0.2]}", "los");
 }

@@ -88,7 +88,7 @@ TEST(Physics, TellsDistancesBetweenPositionsWhereLinksAskForThem) {
 
 TEST(Physics, DegradesASensorFromARoundOn) {
   PlantSpec plant = integrators(1, {1.0, -2.0});
-  Disturbance worse{Disturbance::On::measurement, Disturbance::Constant{{PerAgent::Same{Matrix::Constant(1, 1, 0.5)}}}};
+  Disturbance worse{Disturbance::On::measurement, Disturbance::Constant{{PerAgent::Same{Matrix::Constant(1, 1, 0.5)}}}, 1, {}};
   worse.agents = {AgentId{2}};
   worse.first = 3;
   plant.disturbances.push_back(worse);
