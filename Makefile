@@ -3,17 +3,19 @@ PRESET ?= release
 EXPERIMENT ?= experiments/meet_for_dinner.yaml
 JOBS ?= $(shell nproc)
 SETUP ?= yes
+FUZZ_SECONDS ?= 300
 BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments bench format format-check tidy cppcheck lint clean
+.PHONY: help setup configure build run test experiments bench fuzz format format-check tidy cppcheck lint clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
 	@echo 'make test     set up, build, and run every test'
 	@echo 'make experiments  set up, build, and run every shipped experiment in full, in both modes; a table of criteria and times'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
+	@echo 'make fuzz     set up clang, build the fuzzers, run each for FUZZ_SECONDS ($(FUZZ_SECONDS)); what they find is in build/fuzz'
 	@echo 'make build    set up and build only'
 	@echo 'make format   format the sources in place'
 	@echo 'make lint     check formatting, clang-tidy, cppcheck'
@@ -46,6 +48,20 @@ experiments: setup configure
 
 bench: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target bench
+
+# Each fuzzer begins with the corpus in tests/fuzz and with valid inputs, and keeps what is new in build/fuzz. A failure ends it and names a
+# file; that file belongs into the corpus, where the ordinary tests read it from then on.
+fuzz:
+ifneq ($(SETUP),no)
+	@deploy/setup.sh
+	@deploy/setup.sh --list deploy/packages-fuzz.txt
+endif
+	@cmake --preset fuzz
+	@cmake --build --preset fuzz --parallel $(JOBS)
+	@build/fuzz/bin/fuzz_seeds build/fuzz/seeds
+	@mkdir -p build/fuzz/wire build/fuzz/script
+	@cd build/fuzz && bin/fuzz_wire -max_total_time=$(FUZZ_SECONDS) -max_len=4096 wire seeds ../../tests/fuzz/corpus/wire
+	@cd build/fuzz && bin/fuzz_script -max_total_time=$(FUZZ_SECONDS) -max_len=3000 -timeout=20 script ../../experiments ../../tests/fuzz/corpus/script
 
 format:
 	@$(SOURCES) | xargs clang-format -i

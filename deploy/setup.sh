@@ -1,8 +1,18 @@
 #!/bin/sh
 # Installs the Debian packages of deploy/packages.txt that are missing. Silent, and done in milliseconds, when nothing is.
-# Usage: deploy/setup.sh [--check]     --check: only say what is missing (exit 1 if anything is)
+# Usage: deploy/setup.sh [--check] [--list FILE]
+#   --check: only say what is missing (exit 1 if anything is)    --list: another list of packages
 set -eu
 list=$(dirname "$0")/packages.txt
+check=
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --check) check=yes ;;
+    --list) list=$2 && shift ;;
+    *) echo "setup: unknown option $1" >&2 && exit 2 ;;
+  esac
+  shift
+done
 wanted=$(sed -e 's/#.*//' "$list" | tr -s '[:space:]' ' ')
 
 fail() {
@@ -23,7 +33,7 @@ for package in $wanted; do
 done
 missing=${missing# }
 [ -n "$missing" ] || exit 0
-if [ "${1:-}" = --check ]; then fail "missing: $missing"; fi
+if [ -n "$check" ]; then fail "missing: $missing"; fi
 
 if [ "$(id -u)" = 0 ]; then
   as_root=

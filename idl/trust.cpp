@@ -12,7 +12,7 @@
 namespace consort::wire {
 namespace {
 
-constexpr std::size_t kMostRefusals = 200;  // kinds of them that are told apart: a stranger may bring many writers
+constexpr std::size_t kMostRefusals = 200;    // kinds of them that are told apart: a stranger may bring many writers
 constexpr std::size_t kMostStrangers = 1000;  // remembered by one gate
 constexpr std::size_t kLeastSecret = 16;      // characters
 

@@ -113,8 +113,8 @@ class Gate {
   Participant participant_;
   std::string topic_;
   Kind judges_;
-  Handle last_ = 0;   // writer of the newest sample that was admitted; only the thread that takes samples looks at it
-  std::mutex mutex_;  // guards what follows: matches and samples may come on different threads
+  Handle last_ = 0;                     // writer of the newest sample that was admitted; only the thread that takes samples looks at it
+  std::mutex mutex_;                    // guards what follows: matches and samples may come on different threads
   std::set<Handle> trusted_, present_;  // ever; matched now
   std::map<Handle, Refusal> strangers_;
 };

@@ -406,7 +406,14 @@ class TopLevel {
   std::map<AgentId, std::vector<EventOfProcess>> process_events_;
 };
 
-YAML::Node parse(const std::string& text, Mistakes& mistakes) {
+YAML::Node parse(const std::string& text, const std::string& file, Mistakes& mistakes) {
+  if (const auto at = first_byte_not_utf8(text)) {
+    const std::string_view before = std::string_view(text).substr(0, *at);
+    const auto lines = static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
+    const std::size_t line_begin = lines == 0 ? 0 : before.rfind('\n') + 1;
+    mistakes.add(file, lines + 1, *at - line_begin + 1, "found a byte that is not UTF-8; allowed: text in UTF-8");
+    return {};
+  }
   try {
     YAML::Node document = YAML::Load(text);
     if (document.IsNull())
@@ -423,7 +430,7 @@ YAML::Node parse(const std::string& text, Mistakes& mistakes) {
 Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
                             const ScriptOverrides& overrides) {
   Mistakes mistakes(name);
-  const YAML::Node document = parse(text, mistakes);
+  const YAML::Node document = parse(text, name, mistakes);
   mistakes.raise();
   check_duplicate_keys(mistakes, document);
 

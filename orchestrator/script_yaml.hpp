@@ -42,6 +42,8 @@ std::vector<std::string> schema_keys(std::string_view pointer);
 /// Checks the whole document against the JSON Schema and adds what it finds.
 void check_against_schema(const YAML::Node& document, Mistakes& mistakes);
 
+/// Where the text stops being UTF-8 (RFC 3629); nothing if all of it is.
+std::optional<std::size_t> first_byte_not_utf8(std::string_view text);
 /// What a node is, for messages: "text 'abc'", "a list of 3", "a mapping", "nothing".
 std::string describe(const YAML::Node& node);
 /// Shortest decimal text that reads back as the same number.

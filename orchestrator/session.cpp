@@ -27,8 +27,8 @@ constexpr milliseconds kExternalLease{2000};  // how fast an agent on another ho
 constexpr milliseconds kLookAround{20};       // how often children, interrupt and deadline are looked at
 
 std::string remark_on(const Refusal& refusal) {
-  const std::string writer = "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) +
-                             (refusal.who.empty() ? std::string() : ", " + refusal.who);
+  const std::string writer =
+      "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) + (refusal.who.empty() ? std::string() : ", " + refusal.who);
   if (refusal.reason == Refusal::Reason::bound)
     return "samples of " + refusal.topic + " by " + writer + " break a bound of the wire (" + refusal.field + ") and are left out";
   return "a stranger takes part, who does not know the run's key: " + writer + "; what it writes, first to " + refusal.topic +
@@ -584,9 +584,8 @@ void Session::note(std::vector<Refusal> refusals) {
       known->samples += refusal.samples;
       continue;
     }
-    const bool is_new = std::none_of(refusals_.begin(), refusals_.end(), [&](const Refusal& each) {
-      return each.writer == refusal.writer && each.reason == refusal.reason;
-    });
+    const bool is_new = std::none_of(refusals_.begin(), refusals_.end(),
+                                     [&](const Refusal& each) { return each.writer == refusal.writer && each.reason == refusal.reason; });
     if (is_new) remarks_.push_back(remark_on(refusal));
     refusals_.push_back(std::move(refusal));
   }

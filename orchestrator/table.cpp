@@ -245,9 +245,10 @@ std::string render(const Summary& summary, const TextStyle& style) {
     std::set<std::string> writers;
     for (const Refusal& refusal : summary.refused) writers.insert(refusal.writer);
     const std::uint64_t samples = samples_of(summary.refused);
-    out += fmt::format("  {}\n", toned(fmt::format("refused {} sample{} of {} participant{}: see \"rejected\" in summary.json", grouped(samples),
-                                                   samples == 1 ? "" : "s", writers.size(), writers.size() == 1 ? "" : "s"),
-                                       Tone::bad, style));
+    out +=
+        fmt::format("  {}\n", toned(fmt::format("refused {} sample{} of {} participant{}: see \"rejected\" in summary.json",
+                                                grouped(samples), samples == 1 ? "" : "s", writers.size(), writers.size() == 1 ? "" : "s"),
+                                    Tone::bad, style));
   }
   // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
   if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated)

@@ -3,6 +3,7 @@
 #include "idl/codec.hpp"
 
 #include "core/errors.hpp"
+#include "tests/support/wire_samples.hpp"
 
 #include <gtest/gtest.h>
 
@@ -24,49 +25,6 @@ LinkSpec everything() {
   spec.quantiser = Quantiser{12, -4.0, 8.0};
   spec.distance = DistanceLoss{1.0, 5.0};
   return spec;
-}
-
-Assignment some_assignment() {
-  Assignment in;
-  in.part = 1;
-  in.parts = 3;
-  in.epoch = 7;
-  in.seed = Seed{0xFFFFFFFFFFFFFFFFULL};
-  in.protocol = "kalman_consensus";
-  in.agents = 12;
-  in.dt = 0.25;
-  in.rounds = 300;
-  in.report_interval = 4;
-  in.window = 64;
-  in.parameters.set("Q", 0.1);
-  in.standard_link.loss_probability = 0.5;
-  in.standard_link.noise_covariance = Matrix::Identity(2, 2);
-  Member member;
-  member.agent = AgentId{3};
-  member.process = 3;
-  member.initial.set("x", Matrix::Constant(2, 1, 1.5));
-  member.parameters.set("Omega", Matrix::Identity(2, 2));
-  member.in_neighbours = {AgentId{1}, AgentId{12}};
-  member.remote_readers = 2;
-  member.late_readers = {5, 9};
-  member.model.set("A", Matrix::Identity(2, 2));
-  member.measurements = 2;
-  member.distances = 3;
-  member.presence = {5, 80};
-  member.told = {{AgentId{1}, 5}, {AgentId{12}, 9}};
-  LinkSpec late;
-  late.delay_rounds = 9;
-  member.link_changes = {{0, Edge{AgentId{1}, AgentId{3}}, late}, {40, Edge{AgentId{1}, AgentId{3}}, everything()}};
-  in.link_changes.push_back({20, std::nullopt, everything()});
-  in.plant = in.steers = in.relays = true;
-  in.largest_state = 4;
-  in.joining = {{AgentId{3}, 5}};
-  Member deaf;
-  deaf.agent = AgentId{4};
-  deaf.process = 3;
-  deaf.hears_everyone = true;
-  in.members = {member, deaf};
-  return in;
 }
 
 TEST(Codec, AssignmentSurvivesTheRoundTrip) {
@@ -113,40 +71,6 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_FALSE(out.link_changes[0].edge);
   EXPECT_EQ(out.link_changes[0].spec, everything());
   EXPECT_TRUE(out.members[1].hears_everyone);
-}
-
-PlantAssignment some_plant_assignment() {
-  PlantAssignment in;
-  in.part = 0;
-  in.parts = 2;
-  in.epoch = 3;
-  in.rounds = 90;
-  in.report_interval = 3;
-  in.steered = true;
-  in.task.model = "integrator";
-  in.task.seed = Seed{17};
-  in.task.dt = 0.02;
-  PlantPart part;
-  part.parameters.set("order", 2.0);
-  part.initial.set("position", 1.5);
-  part.sensed = {AgentId{2}, AgentId{1}};
-  part.relative = part.absolute = true;
-  part.presence = {4, 60};
-  Signal signal;
-  signal.on = Disturbance::On::input;
-  signal.kind = Signal::Kind::sinusoid;
-  signal.number = 1;
-  signal.hold_rounds = 5;
-  signal.first = 11;
-  signal.amplitude = Matrix::Constant(1, 1, 0.1);
-  signal.frequency = 2.0;
-  signal.phase = Matrix::Constant(2, 1, 0.5);
-  part.signals = {signal};
-  part.distances = {AgentId{1}, AgentId{4}};
-  in.agents = {AgentId{2}};
-  in.process_of = {1};
-  in.task.parts = {part};
-  return in;
 }
 
 TEST(Codec, PlantAssignmentSurvivesTheRoundTrip) {

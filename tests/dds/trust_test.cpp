@@ -27,8 +27,9 @@ const RunKey kKey("the key of this run");
 /// Reads grants for a run with a key.
 struct Listener {
   explicit Listener(const dds::domain::DomainParticipant& entity)
-      : participant(entity, kKey), reader(
-                                       participant, [this](Grant&& grant) { newest = grant.until; }, [this](std::size_t n) { writers = n; }) {}
+      : participant(entity, kKey),
+        reader(
+            participant, [this](Grant&& grant) { newest = grant.until; }, [this](std::size_t n) { writers = n; }) {}
   std::atomic<Round> newest{0};
   std::atomic<std::size_t> writers{0};
   Participant participant;

@@ -380,5 +380,16 @@ TEST(Wording, SuggestsOnlyWhatIsClose) {
   EXPECT_EQ(did_you_mean("x", {}), "");
 }
 
+TEST(Script, TextThatIsNotUtf8IsRefusedWithItsPlace) {
+  for (const char* broken : {"\x8d", "\xc3(", "\xe0\x80\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80", "\xf0\x9f"}) {
+    try {
+      parse_experiment(std::string("experiment: e\ncriteria: [\"") + broken + "\"]\n", "e.yaml", ".");
+      ADD_FAILURE() << "accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_NE(std::string(error.what()).find("e.yaml:2:13: found a byte that is not UTF-8"), std::string::npos) << error.what();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace consort

@@ -154,8 +154,7 @@ class DiscoveredEndpoints : public Discovered {
 
   std::optional<EndpointBuiltinTopicData> find(core::InstanceHandle endpoint) const {
     std::optional<EndpointBuiltinTopicData> result;
-    read<dds_builtintopic_endpoint_t>(endpoint,
-                                      [&](const dds_builtintopic_endpoint_t& found) { result = detail::endpoint_data(found); });
+    read<dds_builtintopic_endpoint_t>(endpoint, [&](const dds_builtintopic_endpoint_t& found) { result = detail::endpoint_data(found); });
     return result;
   }
 };
