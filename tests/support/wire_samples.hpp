@@ -5,6 +5,21 @@
 
 namespace consort::wire {
 
+/// A link with all that a link can do.
+inline LinkSpec everything() {
+  LinkSpec spec;
+  spec.loss_probability = 0.25;
+  spec.delay_rounds = 2;
+  spec.noise_covariance = Matrix::Identity(2, 2);
+  spec.bursts = BurstLoss{0.125, 0.5, 0.0625, 0.75};
+  spec.jitter = {Jitter::Kind::normal, 1.5, 0.5};
+  spec.duplication = 0.375;
+  spec.reordering = Reordering{0.875, 3};
+  spec.quantiser = Quantiser{12, -4.0, 8.0};
+  spec.distance = DistanceLoss{1.0, 5.0};
+  return spec;
+}
+
 inline Assignment some_assignment() {
   Assignment in;
   in.part = 1;
