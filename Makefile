@@ -8,12 +8,13 @@ BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments bench fuzz format format-check tidy cppcheck lint clean
+.PHONY: help setup configure build run test experiments soak bench fuzz format format-check tidy cppcheck lint clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
 	@echo 'make test     set up, build, and run every test'
 	@echo 'make experiments  set up, build, and run every shipped experiment in full, in both modes; a table of criteria and times'
+	@echo 'make soak     random experiments with real processes until one fails or you stop it (SEED=N begins there)'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
 	@echo 'make fuzz     set up clang, build the fuzzers, run each for FUZZ_SECONDS ($(FUZZ_SECONDS)); what they find is in build/fuzz'
 	@echo 'make build    set up and build only'
@@ -45,6 +46,12 @@ test: build
 
 experiments: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target experiments
+
+# Random experiments, one seed after the other, until one fails or you have seen enough.
+soak: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target swarm_tests
+	@seed=$(or $(SEED),1001); while CONSORT_SWARM_SEED=$$seed $(BUILD)/bin/swarm_tests --gtest_brief=1; do \
+	  echo "seed $$seed held"; seed=$$((seed + 1)); done; echo "seed $$seed failed"; exit 1
 
 bench: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target bench

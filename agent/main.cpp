@@ -19,7 +19,8 @@ constexpr const char* kHelp =
   CONSORT_KEY=... consort-agent --id 3 --run demo --domain 7 --interface eth0          # another host on that network
 
 The processes of a run know each other by its key, in the environment variable CONSORT_KEY: `consort run` prints it with the command to
-enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.
+enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to
+stderr and leaves when the run ends.
 Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
 
 /// "7", "1-25" or "1,4,9-12" -> ids, ascending.

@@ -189,7 +189,8 @@ void Node::serve(Lock& lock) {
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
-    if ((orphaned_ || orchestrator_lost_) && lockstep_) write_down(lockstep_->take_all());
+    if ((orphaned_ || orchestrator_lost_) && lockstep_)
+      for (const std::string& line : in_words(lockstep_->take_all())) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
@@ -326,18 +327,22 @@ void Node::meet_neighbours(Lock& lock) {
   lock.unlock();  // creating endpoints calls back
   std::vector<std::pair<AgentId, wire::InformationWriter>> created;
   for (const auto& [member, agent] : new_writers) {
-    created.emplace_back(agent, wire::InformationWriter(participant_, agent, [this, id = agent](std::size_t n) {
-                           guarded([&] {
-                             readers_of_[id] = n;
-                             greeted_ = false;
-                             wake_.notify_one();
-                           });
-                         }, delivery_));
+    created.emplace_back(agent, wire::InformationWriter(
+                                    participant_, agent,
+                                    [this, id = agent](std::size_t n) {
+                                      guarded([&] {
+                                        readers_of_[id] = n;
+                                        greeted_ = false;
+                                        wake_.notify_one();
+                                      });
+                                    },
+                                    delivery_));
   }
   std::optional<wire::InformationReader> listening;
   if (!wanted.empty()) {
-    listening.emplace(participant_, wildcard ? std::vector<AgentId>{} : wanted,
-                      [this](wire::InformationReader::Burst& burst) { on_information(burst); }, delivery_);
+    listening.emplace(
+        participant_, wildcard ? std::vector<AgentId>{} : wanted, [this](wire::InformationReader::Burst& burst) { on_information(burst); },
+        delivery_);
   }
   lock.lock();
   for (auto& [agent, writer] : created) information_.emplace(agent, std::move(writer));
@@ -356,16 +361,20 @@ void Node::meet_plant(Lock& lock) {
   const bool steers = run.steers;
   lock.unlock();  // creating endpoints calls back
   if (!measurements_)
-    measurements_.emplace(participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); }, delivery_);
+    measurements_.emplace(
+        participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); }, delivery_);
   std::optional<wire::ActuationWriter> created;
   if (steers && !actuations_) {
-    created.emplace(participant_, process, [this](std::size_t n) {
-      guarded([&] {
-        plant_found_ = n > 0;
-        greeted_ = false;
-        wake_.notify_one();
-      });
-    }, delivery_);
+    created.emplace(
+        participant_, process,
+        [this](std::size_t n) {
+          guarded([&] {
+            plant_found_ = n > 0;
+            greeted_ = false;
+            wake_.notify_one();
+          });
+        },
+        delivery_);
   }
   lock.lock();
   if (created) actuations_.emplace(std::move(*created));

@@ -65,7 +65,7 @@ class Node : public RunMember {
   std::uint32_t newest_epoch_ = 0;
   std::vector<wire::Member> members_;
   std::unique_ptr<Lockstep> lockstep_;
-  Realtime* realtime_ = nullptr;        // the same object, where the wall clock paces it
+  Realtime* realtime_ = nullptr;  // the same object, where the wall clock paces it
   std::optional<wire::Delivery> delivery_;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet

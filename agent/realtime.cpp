@@ -5,7 +5,9 @@
 namespace consort {
 
 Realtime::Realtime(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act)
-    : Lockstep(run, members, std::move(send), std::move(act)), lifespan_(std::max<Round>(1, static_cast<Round>(run.delivery.lifespan / run.dt + 1e-6))), extra_(members_.size()) {
+    : Lockstep(run, members, std::move(send), std::move(act)),
+      lifespan_(std::max<Round>(1, static_cast<Round>(run.delivery.lifespan / run.dt + 1e-6))),
+      extra_(members_.size()) {
   for (std::size_t index = 0; index < members_.size(); ++index) extra_[index].incoming.resize(members_[index].mailbox.senders().size());
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The same rounds, paced by a clock instead of by the neighbours' messages: what has not come when the round ends is missing, and nobody is
-/// waited for. Knows no transport, and no clock either: its owner says when a round begins and ends.
+/// The same rounds, paced by a clock instead of by the neighbours' messages: what has not come when the round ends is missing, and nobody
+/// is waited for. Knows no transport, and no clock either: its owner says when a round begins and ends.
 
 #include "agent/lockstep.hpp"
 
@@ -13,6 +13,7 @@ class Realtime : public Lockstep {
 
   /// The grant's segments are all that hold from now on.
   void grant(const wire::Grant& grant) override;
+  using Lockstep::receive;
   void receive(const wire::Measurement& measurement) override;
   void advance() override {}  // the clock does
 

@@ -5,9 +5,9 @@
 
 namespace consort {
 
-/// Messages over all links, by their round numbers, apart from what the link model drops: network_sent (as many as in-neighbours and rounds
-/// ask for), network_lost (never came), network_late (came when the round was over), network_duplicated, network_reordered. Nothing in other
-/// modes.
+/// Messages over all links, by their round numbers, apart from what the link model drops: network_sent (as many as in-neighbours and
+/// rounds ask for), network_lost (never came), network_late (came when the round was over), network_duplicated, network_reordered. Nothing
+/// in other modes.
 void network(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
 /// missed_deadlines: rounds left out, over all processes; missed_inputs: measurements and actuations that had not come. jitter_p50,

@@ -74,11 +74,11 @@ struct NetworkTotals {
 struct Performance {
   std::uint32_t process = 0;  ///< lowest agent id it hosts; 0: the plant
   std::uint64_t periods = 0, missed_deadlines = 0;
-  std::uint64_t missed_inputs = 0;                             ///< measurements or actuations that had not come in time
+  std::uint64_t missed_inputs = 0;                               ///< measurements or actuations that had not come in time
   Seconds jitter_p50 = 0.0, jitter_p99 = 0.0, jitter_max = 0.0;  ///< wake-up after the planned instant
   Seconds cpu = 0.0;
-  std::uint64_t resident_bytes = 0;     ///< at most
-  std::uint64_t sent_again_bytes = 0;   ///< by DDS, since packets were lost
+  std::uint64_t resident_bytes = 0;    ///< at most
+  std::uint64_t sent_again_bytes = 0;  ///< by DDS, since packets were lost
   std::uint64_t dds_deadlines_missed = 0, liveliness_lost = 0;
 };
 
@@ -108,7 +108,7 @@ struct Trace {
   Round last_round = 0;           ///< rounds executed
   bool converged = false;         ///< the stop rule's convergence held
   AgentCounters totals;
-  std::vector<LinkTotals> links;  ///< links that carried anything, ascending by edge
+  std::vector<LinkTotals> links;       ///< links that carried anything, ascending by edge
   std::vector<NetworkTotals> network;  ///< mode realtime: the same links, ascending by edge
   std::vector<Performance> processes;  ///< of those that told it; none in simulate
 

@@ -193,13 +193,11 @@ consort_wire_FieldShape field_shape(const Field& field) {
   return out;
 }
 
-consort_wire_Delivery delivery(const Delivery& in) {
-  return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease};
-}
+consort_wire_Delivery delivery(const Delivery& in) { return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease}; }
 
 consort_wire_Performance performance(const Performance& in) {
-  return {in.periods,        in.missed_deadlines, in.missed_inputs,        in.jitter_p50,     in.jitter_p99, in.jitter_max, in.cpu,
-          in.resident_bytes, in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
+  return {in.periods, in.missed_deadlines, in.missed_inputs,    in.jitter_p50,           in.jitter_p99,     in.jitter_max,
+          in.cpu,     in.resident_bytes,   in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
 }
 
 consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena) {
@@ -324,8 +322,8 @@ Delivery delivery(const consort_wire_Delivery& in) {
 Performance performance(std::uint32_t process, const consort_wire_Performance& in) {
   for (const double value : {in.jitter_p50, in.jitter_p99, in.jitter_max, in.cpu})
     require(value >= 0.0 && std::isfinite(value), "performance");
-  return {process,       in.periods,        in.missed_deadlines, in.missed_inputs,        in.jitter_p50,     in.jitter_p99, in.jitter_max,
-          in.cpu,        in.resident_bytes, in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
+  return {process,       in.periods, in.missed_deadlines, in.missed_inputs,    in.jitter_p50,           in.jitter_p99,
+          in.jitter_max, in.cpu,     in.resident_bytes,   in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
 }
 
 Attendance attendance(std::uint32_t first, std::uint32_t end, const char* field) {
@@ -680,8 +678,8 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   });
   out.network = convert_all<decltype(out.network)>(in.network, arena, [](const NetworkTotals& link) {
     const NetworkCounters& c = link.counters;
-    return consort_wire_NetworkReport{
-        link.edge.from.value, link.edge.to.value, c.sent, c.received, c.lost, c.late, c.duplicated, c.reordered};
+    return consort_wire_NetworkReport{link.edge.from.value, link.edge.to.value, c.sent, c.received, c.lost, c.late,
+                                      c.duplicated,         c.reordered};
   });
   out.performance = performance(in.performance);
   out.refusals = convert_all<decltype(out.refusals)>(in.refusals, arena, [](const Refusal& each) { return refusal(each); });

@@ -49,12 +49,13 @@ class Pacer {
   /// `phase` of round k has come.
   using Beat = std::function<void(std::size_t phase, Round k)>;
 
-  /// Round k begins at `start_ns` (ns of the wall clock since 1970) plus k dt, and its phase p that much later, in s. Calls `beat` on a thread
-  /// of its own for the rounds from `first` (or from the one that is going on now) to `last`, in order. A round that is over before its turn
-  /// comes is left out, and counted.
+  /// Round k begins at `start_ns` (ns of the wall clock since 1970) plus k dt, and its phase p that much later, in s. Calls `beat` on a
+  /// thread of its own for the rounds from `first` (or from the one that is going on now) to `last`, in order. A round that is over before
+  /// its turn comes is left out, and counted.
   Pacer(std::uint64_t start_ns, Seconds dt, Round first, Round last, std::vector<Seconds> phases, Beat beat)
       : dt_(dt), last_(last), phases_(std::move(phases)), beat_(std::move(beat)) {
-    const auto wall = std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(std::chrono::nanoseconds(start_ns)));
+    const auto wall = std::chrono::system_clock::time_point(
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(std::chrono::nanoseconds(start_ns)));
     start_ = std::chrono::steady_clock::now() + (wall - std::chrono::system_clock::now());
     thread_ = std::thread([this, first] { run(std::max(first, now())); });
   }
@@ -95,13 +96,13 @@ class Pacer {
     prctl(PR_SET_TIMERSLACK, 1UL);  // ns, instead of 50 us
     for (; k <= last_; k = next_after(k)) {
       for (std::size_t phase = 0; phase < phases_.size(); ++phase) {
-        if (!sleep_until(instant(k, phases_[phase]), phase == 0)) return;
+        if (!wait_until_instant(instant(k, phases_[phase]), phase == 0)) return;
         beat_(phase, k);
       }
     }
   }
 
-  bool sleep_until(Clock::time_point instant, bool counted) {
+  bool wait_until_instant(Clock::time_point instant, bool counted) {
     std::unique_lock lock(mutex_);
     if (wake_.wait_until(lock, instant, [this] { return stopped_; })) return false;
     if (counted) {

@@ -5,7 +5,6 @@
 #include "idl/wire.hpp"
 
 #include <fmt/ranges.h>
-#include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
 #include <chrono>
@@ -13,6 +12,8 @@
 #include <exception>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace consort {
 
@@ -75,14 +76,16 @@ class RunMember {
     });
   }
 
-  /// Nobody is left to take these reports: they go into the log.
-  static void write_down(std::span<const wire::MemberReport> reports) {
+  /// Reports that nobody is left to take, line by line for the log.
+  static std::vector<std::string> in_words(std::span<const wire::MemberReport> reports) {
+    std::vector<std::string> lines;
     for (const wire::MemberReport& report : reports) {
       const std::size_t size = report.rounds.empty() ? 0 : report.estimates.size() / report.rounds.size();
       for (std::size_t r = 0; r < report.rounds.size(); ++r)
-        spdlog::warn("held: agent {}, round {}: {}", report.agent.value, report.rounds[r],
-                     fmt::join(std::span(report.estimates).subspan(r * size, size), " "));
+        lines.push_back(fmt::format("held: agent {}, round {}: {}", report.agent.value, report.rounds[r],
+                                    fmt::join(std::span(report.estimates).subspan(r * size, size), " ")));
     }
+    return lines;
   }
 
   /// What this process has used so far.
@@ -108,7 +111,7 @@ class RunMember {
   std::mutex mutex_;  // guards everything below, and what the derived class says it guards
   std::condition_variable wake_;
   std::exception_ptr failure_;
-  std::optional<std::uint32_t> epoch_;  // of the run being served
+  std::optional<std::uint32_t> epoch_;                           // of the run being served
   static constexpr std::chrono::milliseconds kReportEvery{250};  // in real time
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
        orchestrator_lost_ = false;

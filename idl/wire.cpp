@@ -207,7 +207,8 @@ struct Reader<T>::Impl {
        const dds::sub::qos::SubscriberQos& where = {})
       : gate(participant, TopicOf<T>::name, Gate::Kind::writers),
         reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<T>::name), listener(std::move(on_data), std::move(on_matched))) {}
+               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<T>::name),
+               listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
@@ -225,8 +226,7 @@ struct Reader<T>::Impl {
 };
 
 template <class T>
-Reader<T>::Reader(const Participant& participant, std::function<void(T&&)> on_data,
-                  std::function<void(std::size_t)> on_matched)
+Reader<T>::Reader(const Participant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_matched))) {}
 template <class T>
 Reader<T>::~Reader() = default;
@@ -290,23 +290,21 @@ AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched,
-       const std::optional<Delivery>& delivery)
+  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
       : agent(sender),
         gate(participant, kInformationTopic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
                dds::topic::Topic<Wire>(participant, kInformationTopic),
                information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(kInformationTopic),
                {.on_publication_matched =
-                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {
-  }
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {}
   AgentId agent;
   Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const Participant& participant, AgentId agent,
-                                     std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+InformationWriter::InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+                                     const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
@@ -386,8 +384,8 @@ struct InformationReader::Impl : Burst::Impl {
   using Burst::Impl::Impl;
 };
 
-InformationReader::InformationReader(const Participant& participant, std::span<const AgentId> senders,
-                                     std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery)
+InformationReader::InformationReader(const Participant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
+                                     const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, senders, std::move(on_burst), delivery)) {}
 InformationReader::~InformationReader() = default;
 InformationReader::InformationReader(InformationReader&&) noexcept = default;
@@ -405,15 +403,14 @@ struct LoopWriter<T>::Impl {
                dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
                information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(LoopOf<T>::topic),
                {.on_publication_matched =
-                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {
-  }
+                    judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {}
   Gate gate;
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process,
-                          std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+                          const std::optional<Delivery>& delivery)
     : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
 template <class T>
 LoopWriter<T>::~LoopWriter() = default;

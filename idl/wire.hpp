@@ -56,11 +56,11 @@ struct Assignment {
   Values parameters;
   LinkSpec standard_link;
   std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
-  std::uint32_t largest_state = 0;   ///< n_j of the largest part of the plant; 0 without one
-  bool relays = false;               ///< what others announced is passed on to whoever reads an agent
-  bool steers = false;               ///< the plant waits for every agent's actuation
-  bool plant = false;                ///< there is a plant: whoever measures waits for it
-  bool realtime = false;             ///< the wall clock paces the rounds
+  std::uint32_t largest_state = 0;              ///< n_j of the largest part of the plant; 0 without one
+  bool relays = false;                          ///< what others announced is passed on to whoever reads an agent
+  bool steers = false;                          ///< the plant waits for every agent's actuation
+  bool plant = false;                           ///< there is a plant: whoever measures waits for it
+  bool realtime = false;                        ///< the wall clock paces the rounds
   Delivery delivery;
   std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
   std::vector<Member> members;
@@ -89,7 +89,7 @@ struct Grant {
   Round until = 0, report_at = 0;
   std::vector<Segment> segments;
   std::uint64_t start_ns = 0;  ///< realtime: wall clock of round 0; the segments are then all that hold from the current round on
-  bool whole = false;  ///< the report at report_at says how each agent stands, and its links
+  bool whole = false;          ///< the report at report_at says how each agent stands, and its links
 };
 
 enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back };
@@ -157,7 +157,7 @@ struct Telemetry {
   std::vector<MemberReport> members;
   std::vector<LinkReport> links;
   std::vector<Refusal> refusals = {};  ///< since the telemetry before
-  Round round = 0;  ///< of its slowest agent
+  Round round = 0;                     ///< of its slowest agent
   std::vector<NetworkTotals> network;
   Performance performance;  ///< `process` is above
 };
@@ -189,8 +189,7 @@ class Reader {
   friend class AnnouncementReader;
 
  public:
-  Reader(const Participant& participant, std::function<void(T&&)> on_data,
-         std::function<void(std::size_t)> on_matched = {});
+  Reader(const Participant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
 
@@ -218,8 +217,7 @@ class AnnouncementWriter {
 class AnnouncementReader {
  public:
   /// What the processes of the `senders` write. `on_data` runs on a receive thread; it must not block.
-  AnnouncementReader(const Participant& participant, std::span<const AgentId> senders,
-                     std::function<void(Layouts&&)> on_data);
+  AnnouncementReader(const Participant& participant, std::span<const AgentId> senders, std::function<void(Layouts&&)> on_data);
   ~AnnouncementReader();
   AnnouncementReader(AnnouncementReader&&) noexcept;
 
@@ -273,8 +271,8 @@ class InformationReader {
     explicit Burst(Impl& impl) : impl_(impl) {}
     Impl& impl_;
   };
-  InformationReader(const Participant& participant, std::span<const AgentId> senders,
-                    std::function<void(Burst&)> on_burst, const std::optional<Delivery>& delivery = {});
+  InformationReader(const Participant& participant, std::span<const AgentId> senders, std::function<void(Burst&)> on_burst,
+                    const std::optional<Delivery>& delivery = {});
   ~InformationReader();
   InformationReader(InformationReader&&) noexcept;
   [[nodiscard]] ReaderEvents events() const;

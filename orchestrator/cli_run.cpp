@@ -1,5 +1,4 @@
 #include "agent/registry.hpp"
-#include "idl/trust.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/findings.hpp"
@@ -173,7 +172,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
        {"4", "timed out; the text says who was missing or who waited for whom"},
        {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
   app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
-  app_.add_option("--mode", mode_, "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the wall clock, a round every dt. Default: the file's.")
+  app_.add_option("--mode", mode_,
+                  "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the "
+                  "wall clock, a round every dt. Default: the file's.")
       ->type_name("MODE")
       ->check(CLI::IsMember({"simulate", "lockstep", "realtime"}));
   app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
@@ -201,15 +202,18 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 
 void RunVerb::check_options() const {
   if (const double needed = experiment_.rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
-    throw ConfigError(fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; allowed: "
-                                  "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
-                                  experiment_.rounds, experiment_.dt, needed, experiment_.deadline));
+    throw ConfigError(
+        fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; "
+                    "allowed: "
+                    "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
+                    experiment_.rounds, experiment_.dt, needed, experiment_.deadline));
   const bool struck_outside = std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
     return std::find(external_.begin(), external_.end(), fault.agent.value) != external_.end();
   });
   if (struck_outside)
-    throw ConfigError("--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
-                      "processes that are launched here can be");
+    throw ConfigError(
+        "--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
+        "processes that are launched here can be");
   if (experiment_.mode == Mode::simulate && !external_.empty())
     throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
@@ -233,8 +237,7 @@ RunOptions RunVerb::options() const {
   options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
   options.interface = interface_;
-  options.key = wire::RunKey::secret_of_environment().value_or("");
-  if (options.key.empty()) options.key = wire::RunKey::random_secret();
+  options.key = run_key();
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";
@@ -276,7 +279,7 @@ Exit RunVerb::execute() {
     scribe_->note(told(findings));
   }
   const RunOptions run_options = options();
-  const std::string key = fmt::format("{}={} ", wire::RunKey::kVariable, run_options.key);
+  const std::string key = fmt::format("{}={} ", kRunKeyVariable, run_options.key);
   if (run_options.external_plant)
     scribe_->note(
         fmt::format("waiting for the plant: {}consort-plant --run {} --domain {}", key, run_options.run_name, run_options.domain));

@@ -82,7 +82,8 @@ void Collector::keep_last(AgentId agent, const Attendance& stay, const Last& las
   (of_plant ? last_plant_ : last_agents_)[agent].emplace(stay.until, last);
   const Attendance attendance = attendance_of(agent);
   for (std::size_t r = 0; r < rows_.size(); ++r)
-    if (round_of(first_ + r) >= stay.until && !attendance.holds(round_of(first_ + r))) fill_absent(of_plant ? rows_[r].plant : rows_[r].agents, agent, last);
+    if (round_of(first_ + r) >= stay.until && !attendance.holds(round_of(first_ + r)))
+      fill_absent(of_plant ? rows_[r].plant : rows_[r].agents, agent, last);
 }
 
 AgentCounters Collector::of_earlier_stays(AgentId agent, Round k) const {
@@ -118,7 +119,7 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     while (rows_.size() <= number - first_) rows_.push_back(new_row(round_of(first_ + rows_.size())));
     Half& half = of_plant ? rows_[number - first_].plant : rows_[number - first_].agents;
     if (half.here[agent]) {
-      left_out_ += half.hashes[agent] == report.hashes[r] ? 0 : 1;
+      left_out_ += ends_.contains(k) ? 0 : 1;
       continue;
     }
     half.here[agent] = true;
@@ -140,7 +141,8 @@ void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
     rows_.pop_front();
     const Round k = round_of(first_++);
     for (const auto& [agent, departures] : departed_)
-      if (state_dimension_ > 0 && std::any_of(departures.begin(), departures.end(), [k](const Departed& gone) { return k >= gone.from && k < gone.until; }))
+      if (state_dimension_ > 0 &&
+          std::any_of(departures.begin(), departures.end(), [k](const Departed& gone) { return k >= gone.from && k < gone.until; }))
         std::fill_n(row.plant.numbers.begin() + static_cast<std::ptrdiff_t>(index_of(agent) * state_dimension_), state_dimension_, kAbsent);
     if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes})) return;
   }

@@ -19,8 +19,8 @@ class Collector {
   Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension = 0,
             const std::map<AgentId, Attendance>& presence = {});
 
-  /// Takes one agent's reports (of who has come back: what it counted in earlier stays is added), or (`of_plant`) those of its part of the plant. What does not fit the run (unknown agent, wrong size, a
-  /// round not reported, twice) is counted and left out.
+  /// Takes one agent's reports (of who has come back: what it counted in earlier stays is added), or (`of_plant`) those of its part of the
+  /// plant. What does not fit the run (unknown agent, wrong size, a round not reported, twice) is counted and left out.
   void add(const wire::MemberReport& report, bool of_plant = false);
   /// These agents are gone: what they have reported counts; from then on they, and their parts of the plant, are absent.
   void depart(std::span<const AgentId> agents);

@@ -24,7 +24,8 @@ class EventTeller {
     if (experiment.plant)
       for (const Disturbance& disturbance : experiment.plant->disturbances)
         if (disturbance.first > 0) events_.push_back({disturbance.first, "degrade", words_of_degradation(disturbance)});
-    for (const ProcessEvent& event : process_events(experiment)) events_.push_back({event.round, event.kind, fmt::format("agent {}", event.agent.value)});
+    for (const ProcessEvent& event : process_events(experiment))
+      events_.push_back({event.round, event.kind, fmt::format("agent {}", event.agent.value)});
     std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.round < b.round; });
   }
   void report(const RoundReport& report) {

@@ -68,7 +68,7 @@ CREATE TABLE network (           -- real time: what the network did to a link's 
   duplicated INTEGER NOT NULL, reordered INTEGER NOT NULL,
   PRIMARY KEY (run, sender, receiver)
 ) WITHOUT ROWID;
-CREATE TABLE processes (         -- how each process (0: the plant) kept time, and what it used; times in s; jitter and deadlines: real time only
+CREATE TABLE processes (         -- how each process (0: the plant) kept time (in real time), and what it used; times in s
   run INTEGER NOT NULL, process INTEGER NOT NULL,
   periods INTEGER, missed_deadlines INTEGER, missed_inputs INTEGER, jitter_p50 REAL, jitter_p99 REAL, jitter_max REAL,
   cpu REAL, resident_bytes INTEGER, sent_again_bytes INTEGER, dds_deadlines_missed INTEGER, liveliness_lost INTEGER
@@ -418,9 +418,8 @@ void Record::end_run(const JobOutcome& outcome) {
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
-  impl_->hand_over(
-      End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(), trace.links, trace.network,
-          trace.processes});
+  impl_->hand_over(End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(),
+                       trace.links, trace.network, trace.processes});
 }
 
 void Record::flush() {

@@ -1,6 +1,7 @@
 #include "orchestrator/run.hpp"
 
 #include "core/errors.hpp"
+#include "idl/trust.hpp"
 #include "idl/wire.hpp"
 #include "orchestrator/collector.hpp"
 #include "orchestrator/event_teller.hpp"
@@ -25,13 +26,13 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 constexpr double kFirstGrantRounds = 64;  // before the speed is known
 constexpr double kGrantSeconds = 0.25;    // half a grant window, in wall-clock time: the report period, and how far a stop rule overshoots
 // Real time:
-constexpr double kStartDelay = 0.3;    // s: the first grant reaches everybody before round 0 begins
-constexpr double kToldAhead = 2.0;     // s: how far ahead the graphs are told
-constexpr double kLastReports = 5.0;   // s: after the last round, for reports that are under way
-constexpr double kJoinLead = 1.0;      // s: a process is started so long before its first round,
-constexpr double kAfterDeath = 0.05;   // s: but after the end of the one before it
+constexpr double kStartDelay = 0.3;   // s: the first grant reaches everybody before round 0 begins
+constexpr double kToldAhead = 2.0;    // s: how far ahead the graphs are told
+constexpr double kLastReports = 5.0;  // s: after the last round, for reports that are under way
+constexpr double kJoinLead = 1.0;     // s: a process is started so long before its first round,
+constexpr double kAfterDeath = 0.05;  // s: but after the end of the one before it
 constexpr std::size_t kMostGraphs = 4096;
-constexpr double kStallSeconds = 5.0;     // silence after which the agents are asked whom they wait for
+constexpr double kStallSeconds = 5.0;  // silence after which the agents are asked whom they wait for
 
 Round round_up(double rounds, Round multiple) {
   const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalfWindow)));
@@ -188,9 +189,9 @@ class JobRun {
       else
         stated_until_ = segment.last + 1;
     }
-    grant.whole = grant.report_at == pause && std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [pause](const Fault& fault) {
-                    return fault.kind == Fault::Kind::kill && fault.round == pause;
-                  });
+    grant.whole = grant.report_at == pause &&
+                  std::any_of(experiment_.faults.begin(), experiment_.faults.end(),
+                              [pause](const Fault& fault) { return fault.kind == Fault::Kind::kill && fault.round == pause; });
     granted_ = grant.until;
     report_at_ = grant.report_at;
     session_.broadcast(grant);
@@ -357,16 +358,22 @@ class JobRun {
   Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, paused_ = 0;
   std::map<std::uint32_t, Round> reached_;                           // by process
   std::map<std::uint32_t, std::vector<wire::LinkReport>> links_of_;  // by process: what it told last
-  std::map<Edge, LinkTotals> link_totals_;  // of processes that have ended
-  std::set<std::uint32_t> last_words_;  // processes that have reported their links: the job is over for them
+  std::map<Edge, LinkTotals> link_totals_;                           // of processes that have ended
+  std::set<std::uint32_t> last_words_;                               // processes that have reported their links: the job is over for them
   Clock::time_point started_, last_news_;
-  std::uint64_t start_ns_ = 0;                 // real time: wall clock of round 0
+  std::uint64_t start_ns_ = 0;  // real time: wall clock of round 0
   std::size_t next_fault_ = 0;
   std::set<std::pair<Round, AgentId>> called_;  // who has been started for a later stay
   bool over_ = false, stall_told_ = false;
 };
 
 }  // namespace
+
+std::string run_key() {
+  static_assert(std::string_view(kRunKeyVariable) == wire::RunKey::kVariable);
+  const auto given = wire::RunKey::secret_of_environment();
+  return given ? *given : wire::RunKey::random_secret();
+}
 
 SessionTimes run_processes(const Experiment& experiment, const RunOptions& options, RunObserver& observer) {
   const auto begin = Clock::now();

@@ -73,6 +73,11 @@ struct RunOptions {
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };
 
+/// Environment variable that holds a run's key.
+constexpr const char* kRunKeyVariable = "CONSORT_KEY";
+/// What it holds, or a random key. Throws ConfigError if that is too short to be a secret.
+std::string run_key();
+
 struct SessionTimes {
   double startup_seconds = 0.0;  ///< from the call to round 0 of the first job, everything included
   double running_seconds = 0.0;  ///< sum over jobs of round 0 .. last round

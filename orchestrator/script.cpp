@@ -255,8 +255,10 @@ class TopLevel {
       for (const auto& event : events) {
         const auto next = after(now, event.kind);
         if (!next || event.round == last) {
-          mistakes_.add(event.node, fmt::format("events: found '{}' of agent {} in round {}{}; allowed: {}, in a later round than what happened to it before",
-                                          event.kind, agent.value, event.round, next ? ", where something else happens to it" : "", kAllowed.at(now)));
+          mistakes_.add(
+              event.node,
+              fmt::format("events: found '{}' of agent {} in round {}{}; allowed: {}, in a later round than what happened to it before",
+                          event.kind, agent.value, event.round, next ? ", where something else happens to it" : "", kAllowed.at(now)));
           break;
         }
         if (*next == Condition::there && now != Condition::stopped) stays.push_back({event.round, kEver});
@@ -266,7 +268,8 @@ class TopLevel {
         last = event.round;
       }
       if (now == Condition::stopped)
-        mistakes_.add(node, fmt::format("events: found that agent {} is stopped and never goes on; allowed: a later `continue: {}`", agent.value, agent.value));
+        mistakes_.add(node, fmt::format("events: found that agent {} is stopped and never goes on; allowed: a later `continue: {}`",
+                                        agent.value, agent.value));
       if (stays.size() == 1 && stays.front() == Attendance{}) continue;
       Attendance& presence = out_.presence[agent] = stays.front();
       presence.again.assign(stays.begin() + 1, stays.end());

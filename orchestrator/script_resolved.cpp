@@ -267,7 +267,8 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   if (experiment.plant)
     for (const Disturbance& disturbance : experiment.plant->disturbances)
       if (disturbance.first > 0) out["events"].push_back(degradation_of(disturbance, experiment.dt));
-  for (const ProcessEvent& event : process_events(experiment)) out["events"].push_back(presence_event(event.kind, event.agent, event.round));
+  for (const ProcessEvent& event : process_events(experiment))
+    out["events"].push_back(presence_event(event.kind, event.agent, event.round));
   out["transport"] = transport_of(experiment.transport);
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
   if (experiment.convergence) {

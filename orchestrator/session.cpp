@@ -265,9 +265,8 @@ void Session::wake_stopped(bool all) {
 }
 
 bool Session::killed_in(AgentId agent, Round round) const {
-  return std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
-    return fault.kind == Fault::Kind::kill && fault.agent == agent && fault.round == round;
-  });
+  return std::any_of(experiment_.faults.begin(), experiment_.faults.end(),
+                     [&](const Fault& fault) { return fault.kind == Fault::Kind::kill && fault.agent == agent && fault.round == round; });
 }
 
 wire::Delivery Session::delivery() const {
@@ -469,7 +468,8 @@ void Session::watch_children() {
   while (const auto death = children_->next_death()) {
     const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
     const auto process = static_cast<std::size_t>(state - states_.begin());
-    const bool leaves = state->presence.until <= experiment_.rounds && !killed_in(placement_.processes[process].agents.front(), state->presence.until);
+    const bool leaves =
+        state->presence.until <= experiment_.rounds && !killed_in(placement_.processes[process].agents.front(), state->presence.until);
     const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves);
     if (!left && !may_lose(process)) throw RunError(death->text());
     state->started = state->found = state->dying = false;

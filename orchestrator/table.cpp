@@ -197,8 +197,8 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
   const std::size_t used = kIndent + shown_width(summary.experiment) + shown_width(word);
   const std::string space(width > used + 2 ? width - used : 2, ' ');
   const char* dot = style.unicode ? " · " : ", ";
-  std::string facts = fmt::format("{}{}{} agent{}{}seed {}", name_of(summary.mode), dot, summary.agents,
-                                  summary.agents == 1 ? "" : "s", dot, summary.seed.value);
+  std::string facts = fmt::format("{}{}{} agent{}{}seed {}", name_of(summary.mode), dot, summary.agents, summary.agents == 1 ? "" : "s",
+                                  dot, summary.seed.value);
   if (summary.runs > 1)
     facts += fmt::format(" to {}{}mean {} std over {} runs", summary.seed.value + summary.runs - 1, dot, style.unicode ? "±" : "+-",
                          summary.protocols.empty() ? summary.runs : summary.protocols.front().runs);

@@ -15,7 +15,8 @@ experiment has a plant; start it by hand to put it on another host or under a de
   CONSORT_KEY=... consort-plant --run demo --domain 7
 
 The processes of a run know each other by its key, in the environment variable CONSORT_KEY: `consort run` prints it with the command to
-enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to stderr and leaves when the run ends.
+enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to
+stderr and leaves when the run ends.
 Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
 
 }  // namespace
@@ -31,8 +32,7 @@ int main(int argc, char** argv) {
     const auto log = std::make_shared<spdlog::logger>("plant", std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return serve(options, [&](const wire::Participant& participant) {
-      return std::make_unique<PlantNode>(participant, options.orchestrator != 0);
-    });
+    return serve(options,
+                 [&](const wire::Participant& participant) { return std::make_unique<PlantNode>(participant, options.orchestrator != 0); });
   });
 }

@@ -122,7 +122,8 @@ void PlantNode::serve(Lock& lock) {
     else if (!wake_.wait_for(lock, kGreetAgain, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
-    if ((orphaned_ || orchestrator_lost_) && rounds_) write_down(rounds_->take_all());
+    if ((orphaned_ || orchestrator_lost_) && rounds_)
+      for (const std::string& line : in_words(rounds_->take_all())) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
@@ -171,22 +172,27 @@ void PlantNode::meet_agents(Lock& lock) {
   begins_ = rounds_->processes();
   const std::map<std::uint32_t, Round> processes = begins_;
   lock.unlock();  // creating endpoints calls back
-  if (!actuations_) actuations_.emplace(participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); }, delivery_);
+  if (!actuations_)
+    actuations_.emplace(
+        participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); }, delivery_);
   std::map<std::uint32_t, wire::MeasurementWriter> created;
   for (const auto& [process, first] : processes) {
     if (measurements_.contains(process)) continue;  // only this thread changes the map
-    created.emplace(process, wire::MeasurementWriter(participant_, process, [this, name = process](std::size_t n) {
-                      guarded([&] {
-                        if (n > 0) {
-                          found_.insert(name);
-                        } else {
-                          found_.erase(name);
-                          greeted_by_.erase(name);  // whoever comes back has to greet again
-                        }
-                        greeted_ = false;
-                        wake_.notify_one();
-                      });
-                    }, delivery_));
+    created.emplace(process, wire::MeasurementWriter(
+                                 participant_, process,
+                                 [this, name = process](std::size_t n) {
+                                   guarded([&] {
+                                     if (n > 0) {
+                                       found_.insert(name);
+                                     } else {
+                                       found_.erase(name);
+                                       greeted_by_.erase(name);  // whoever comes back has to greet again
+                                     }
+                                     greeted_ = false;
+                                     wake_.notify_one();
+                                   });
+                                 },
+                                 delivery_));
   }
   lock.lock();
   measurements_.merge(created);

@@ -41,7 +41,8 @@ void PlantRounds::grant(const wire::Grant& grant) {
 void PlantRounds::receive(const wire::Actuation& actuation) {
   const auto at = processes_.find(actuation.process);
   if (at == processes_.end()) return;
-  if (realtime_ ? !steered_ || actuation.round < at->second.newest : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
+  if (realtime_ ? !steered_ || actuation.round < at->second.newest
+                : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
     return;
   std::size_t used = 0;
   for (const AgentId i : at->second.agents) {
@@ -118,7 +119,8 @@ bool ends(const Attendance& attendance, Round k) {
 void PlantRounds::go_to(Round k) {
   while (physics_.round() < k) {
     if (steered_)
-      for (const auto& [name, process] : processes_) missed_inputs_ += takes_part(process) && process.newest != physics_.round() + 1 ? 1 : 0;
+      for (const auto& [name, process] : processes_)
+        missed_inputs_ += takes_part(process) && process.newest != physics_.round() + 1 ? 1 : 0;
     physics_.advance();
     note_states();
   }

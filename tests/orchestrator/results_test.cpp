@@ -259,10 +259,11 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
   std::vector<std::string> names;
   for (const auto& table : export_csv(scratch.path())) names.push_back(table.file.filename().string());
   std::sort(names.begin(), names.end());
-  EXPECT_EQ(names, (std::vector<std::string>{"agents.csv", "estimates.csv", "events.csv", "links.csv", "runs.csv"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"agents.csv", "estimates.csv", "events.csv", "links.csv", "network.csv", "processes.csv",
+                                             "runs.csv"}));
   EXPECT_EQ(text_of(scratch.path() / "csv" / "estimates.csv"), "run,round,agent,x\n0,0,1,0.1\n0,0,2,0.3333333333333333\n");
   EXPECT_EQ(text_of(scratch.path() / "csv" / "events.csv"), "run,round,kind,text\n0,0,cut,\"1 -> 2, \"\"both\"\"\"\n");
-  EXPECT_EQ(text_of(scratch.path() / "csv" / "links.csv"), "run,sender,receiver,delivered,lost\n");
+  EXPECT_EQ(text_of(scratch.path() / "csv" / "links.csv"), "run,sender,receiver,delivered,lost,duplicated,reordered,superseded\n");
 }
 
 TEST(Export, FolderWithoutRecordIsRefused) {

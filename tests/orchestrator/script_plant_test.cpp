@@ -111,8 +111,14 @@ TEST(ScriptPlant, RefusesTimesAndPresencesThatMakeNoSense) {
   expect_mistake("events[0]: found join, leave; allowed: exactly one of", "duration: 5 s\nevents: [{time: 2 s, join: 5, leave: 2}]\n");
   expect_mistake("events[0].join: found 6; allowed: an agent from 1 to 5", "events: [{round: 2, join: 6}]\n");
   expect_mistake("found agent 5 in round 0", "events: [{round: 0, join: 5}]\n");
-  expect_mistake("found agent 5 a second time", "events: [{round: 2, join: 5}, {round: 4, join: 5}]\n");
-  expect_mistake("found agent 5 leaving in round 2 and joining in round 4", "events: [{round: 4, join: 5}, {round: 2, leave: 5}]\n");
+  expect_mistake("events: found 'join' of agent 5 in round 4; allowed: leave, kill or stop",
+                 "events: [{round: 2, join: 5}, {round: 4, join: 5}]\n");
+  expect_mistake("events: found 'join' of agent 5 in round 4; allowed: restart", "events: [{round: 4, join: 5}, {round: 2, kill: 5}]\n");
+  expect_mistake("events: found 'restart' of agent 5 in round 4; allowed: join",
+                 "events: [{round: 2, leave: 5}, {round: 4, restart: 5}]\n");
+  expect_mistake("events: found 'leave' of agent 5 in round 4; allowed: continue", "events: [{round: 2, stop: 5}, {round: 4, leave: 5}]\n");
+  expect_mistake("in round 4, where something else happens to it", "events: [{round: 4, kill: 5}, {round: 4, restart: 5}]\n");
+  expect_mistake("agent 2 is stopped and never goes on", "events: [{round: 4, stop: 2}]\n");
   expect_mistake("found that every agent joins later", "events: [{round: 4, join: [1, 2, 3, 4, 5]}]\n");
 }
 

@@ -269,7 +269,8 @@ TEST(Script, RefusesImpossibleValuesNamingWhatIsAllowed) {
   EXPECT_MISTAKE("found 'erdos_renyi' without its parameters; allowed: {erdos_renyi: {p: 0.3",
                  with("topology: ring", "topology: erdos_renyi"));
   EXPECT_MISTAKE("events[0].round: found 100; allowed: a whole number from 0 to 99", with("", "events: [{round: 100, cut: [1 -> 2]}]"));
-  EXPECT_MISTAKE("events[0]: found nothing; allowed: exactly one of cut, heal, set_link, degrade, join, leave", with("", "events: [{round: 1}]"));
+  EXPECT_MISTAKE("events[0]: found nothing; allowed: exactly one of cut, heal, set_link, degrade, join, leave",
+                 with("", "events: [{round: 1}]"));
   EXPECT_MISTAKE("placement.agents_per_process: found 4; allowed: a whole number from 1 to 3",
                  with("", "placement: {agents_per_process: 4}"));
   EXPECT_MISTAKE("stop.deadline: found text '3 h'; allowed: a number of seconds above 0", with("", "stop: {deadline: 3 h}"));

@@ -49,9 +49,10 @@ TEST(ProcessEvents, AKilledAgentThatComesBackGivesTheSimulatedTrace) {
 }
 
 TEST(ProcessEvents, WhoLeavesMayJoinAgainAndAgainInEveryRunOfASession) {
-  Experiment experiment = case_of(std::string(kTeam) +
-                                  "runs: 2\nevents: [{round: 20, leave: 2}, {round: 60, join: 2}, {round: 61, leave: 5}, {round: 90, leave: 2}, "
-                                  "{round: 120, join: [2, 5]}, {round: 130, kill: 4}, {round: 131, restart: 4}]");
+  Experiment experiment =
+      case_of(std::string(kTeam) +
+              "runs: 2\nevents: [{round: 20, leave: 2}, {round: 60, join: 2}, {round: 61, leave: 5}, {round: 90, leave: 2}, "
+              "{round: 120, join: [2, 5]}, {round: 130, kill: 4}, {round: 131, restart: 4}]");
   const auto simulated = run_in_simulation(experiment);
   expect_same_traces(run_over_dds(experiment), simulated);
   experiment.agents_per_process = 2;
@@ -80,15 +81,15 @@ TEST(ProcessEvents, AStragglerIsWaitedForAndChangesNothing) {
 }
 
 TEST(ProcessEvents, AStoppedProcessDoesNotKeepARestartFromHappening) {
-  const Experiment experiment =
-      case_of(std::string(kTeam) + "events: [{round: 30, kill: 1}, {round: 50, stop: 4}, {round: 51, restart: 1}, {round: 60, continue: 4}]");
+  const Experiment experiment = case_of(
+      std::string(kTeam) + "events: [{round: 30, kill: 1}, {round: 50, stop: 4}, {round: 51, restart: 1}, {round: 60, continue: 4}]");
   expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
 }
 
 TEST(ProcessEvents, MayFillTheWholeRunAndFallOnNeighbours) {
-  const Experiment experiment = case_of(
-      std::string(kTeam) +
-      "events: [{round: 10, kill: [1, 2]}, {round: 11, kill: 3}, {round: 12, restart: [1, 2]}, {round: 13, restart: 3}, {round: 299, kill: 5}]");
+  const Experiment experiment = case_of(std::string(kTeam) +
+                                        "events: [{round: 10, kill: [1, 2]}, {round: 11, kill: 3}, {round: 12, restart: [1, 2]}, {round: "
+                                        "13, restart: 3}, {round: 299, kill: 5}]");
   expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
 }
 

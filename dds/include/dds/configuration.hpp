@@ -36,8 +36,8 @@ struct Settings {
   std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
   std::optional<std::chrono::milliseconds> spdp_interval{};   ///< how often a participant announces itself; Cyclone: 30 s
   std::optional<std::chrono::milliseconds> lease_duration{};  ///< silence after which a participant is gone; Cyclone: 10 s
-  bool tuned = false;  ///< slower acknowledgements and heartbeats: halves a dense start-up of ~100 processes, and
-                       ///< adds 1 s to a small one and delays repair of real losses
+  bool tuned = false;          ///< slower acknowledgements and heartbeats: halves a dense start-up of ~100 processes, and
+                               ///< adds 1 s to a small one and delays repair of real losses
   double transmit_loss = 0.0;  ///< this share of all outgoing packets, discovery's too, is thrown away at random before the socket
   std::optional<std::size_t> writer_high_watermark{};  ///< bytes a writer may hold unacknowledged before a write waits; Cyclone: 500 kB
 };
