@@ -456,7 +456,7 @@ void Session::handle(wire::Presence&& presence) {
       if (may_lose(at->second)) break;  // its process ends by itself
       throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_ && state.presence.end() > experiment_.rounds && !may_lose(at->second))
+      if (!leaving_ && !leaves(at->second) && !may_lose(at->second))
         throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " +
                        std::to_string(presence.round));
       break;
@@ -468,14 +468,20 @@ void Session::watch_children() {
   while (const auto death = children_->next_death()) {
     const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
     const auto process = static_cast<std::size_t>(state - states_.begin());
-    const bool leaves =
-        state->presence.until <= experiment_.rounds && !killed_in(placement_.processes[process].agents.front(), state->presence.until);
-    const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves);
+    const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves(process));
     if (!left && !may_lose(process)) throw RunError(death->text());
     state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
     if (!left) lose(process, death->text());
   }
+}
+
+/// The process ends by itself in the course of the run.
+bool Session::leaves(std::size_t process) const {
+  const std::vector<Attendance> stays = states_[process].presence.stays();
+  return process != plant() && std::any_of(stays.begin(), stays.end(), [&](const Attendance& stay) {
+           return stay.until <= experiment_.rounds && !killed_in(placement_.processes[process].agents.front(), stay.until);
+         });
 }
 
 /// The run goes on without this process, if it dies now.

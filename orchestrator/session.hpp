@@ -111,6 +111,7 @@ class Session {
   void watch_children();
   void wake_stopped(bool all);
   void lose(std::size_t process, const std::string& text);
+  [[nodiscard]] bool leaves(std::size_t process) const;
   [[nodiscard]] bool may_lose(std::size_t process) const;
   [[noreturn]] void time_out();
   [[nodiscard]] std::string names(const std::function<bool(const ProcessState&)>& which) const;

@@ -8,7 +8,7 @@
 
 namespace consort {
 
-/// Protocols side by side as far as `style.width` allows, the rest below; mean ± standard deviation over several runs; the first components
+/// Protocols side by side as far as `style.width` allows, the rest below; mean ± standard deviation over several runs; the first numbers
 /// of vectors; the criteria; where the results are.
 std::string render(const Summary& summary, const TextStyle& style);
 

@@ -33,6 +33,12 @@ bool tells(const Keeper& keeper, const std::string& what) {
   return std::find(keeper.events.begin(), keeper.events.end(), what) != keeper.events.end();
 }
 
+bool absent_in(const Trace& trace, Round k, std::uint32_t agent) {
+  const auto report = std::find(trace.rounds.begin(), trace.rounds.end(), k);
+  EXPECT_NE(report, trace.rounds.end()) << "round " << k << " is not reported";
+  return is_absent(trace.state_at(static_cast<std::size_t>(report - trace.rounds.begin()), AgentId{agent})[0]);
+}
+
 TEST(ProcessEvents, AKilledAgentThatComesBackGivesTheSimulatedTrace) {
   // The interval divides neither round, so who is killed has to be asked how it stands.
   for (const char* telemetry : {"", "telemetry: {every: 7}\n"}) {
@@ -41,10 +47,10 @@ TEST(ProcessEvents, AKilledAgentThatComesBackGivesTheSimulatedTrace) {
         case_of(std::string(kTeam) + telemetry + "events: [{round: 100, kill: 3}, {round: 173, restart: 3}, {round: 240, kill: 3}]");
     const auto outcome = run_over_dds(experiment);
     expect_same_traces(outcome, run_in_simulation(experiment));
-    EXPECT_FALSE(is_absent(outcome[0].trace.state_at(98, AgentId{3})[0]));
-    EXPECT_TRUE(is_absent(outcome[0].trace.state_at(126, AgentId{3})[0])) << "killed before round 100";
-    EXPECT_FALSE(is_absent(outcome[0].trace.state_at(175, AgentId{3})[0])) << "back from round 173 on";
-    EXPECT_TRUE(is_absent(outcome[0].trace.state_at(245, AgentId{3})[0]));
+    EXPECT_FALSE(absent_in(outcome[0].trace, 98, 3));
+    EXPECT_TRUE(absent_in(outcome[0].trace, 126, 3)) << "killed before round 100";
+    EXPECT_FALSE(absent_in(outcome[0].trace, 175, 3)) << "back from round 173 on";
+    EXPECT_TRUE(absent_in(outcome[0].trace, 245, 3));
   }
 }
 

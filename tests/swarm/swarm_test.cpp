@@ -97,20 +97,28 @@ void expect_invariants(const swarm::Case& drawn, const Experiment& experiment, c
 void simulate_and_check(std::uint64_t seed) {
   const swarm::Case drawn = swarm::Draw(seed)();
   SCOPED_TRACE(replay(seed, drawn));
-  const Experiment experiment = parse_experiment(drawn.yaml, "swarm.yaml", ".");
-  const auto outcome = run_in_simulation(experiment);
-  ASSERT_EQ(outcome.size(), 1u);
-  expect_invariants(drawn, experiment, outcome[0].trace);
+  try {
+    const Experiment experiment = parse_experiment(drawn.yaml, "swarm.yaml", ".");
+    const auto outcome = run_in_simulation(experiment);
+    ASSERT_EQ(outcome.size(), 1u);
+    expect_invariants(drawn, experiment, outcome[0].trace);
+  } catch (const std::exception& failure) {
+    ADD_FAILURE() << failure.what();
+  }
 }
 
 void run_and_check(std::uint64_t seed) {
   const swarm::Case drawn = swarm::Draw(seed)();
   SCOPED_TRACE(replay(seed, drawn));
-  const Experiment experiment = parse_experiment(drawn.yaml, "swarm.yaml", ".");
-  const auto outcome = run_over_dds(experiment);
-  ASSERT_EQ(outcome.size(), 1u);
-  expect_invariants(drawn, experiment, outcome[0].trace);
-  expect_same_traces(outcome, run_in_simulation(experiment));
+  try {
+    const Experiment experiment = parse_experiment(drawn.yaml, "swarm.yaml", ".");
+    const auto outcome = run_over_dds(experiment);
+    ASSERT_EQ(outcome.size(), 1u);
+    expect_invariants(drawn, experiment, outcome[0].trace);
+    expect_same_traces(outcome, run_in_simulation(experiment));
+  } catch (const std::exception& failure) {
+    ADD_FAILURE() << failure.what();
+  }
   EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "no process is left";
 }
 
