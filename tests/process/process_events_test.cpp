@@ -102,8 +102,8 @@ TEST(ProcessEvents, MayFillTheWholeRunAndFallOnNeighbours) {
 TEST(TransportLoss, EveryRunStartsRunsEndsAndAccountsForIt) {
   for (const double loss : {0.05, 0.1, 0.2}) {
     SCOPED_TRACE(loss);
-    Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 10, join: 5}, {round: 15, kill: 2}, {round: 20, restart: 2}]");
-    experiment.rounds = 40;
+    Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 6, join: 5}, {round: 9, kill: 2}, {round: 12, restart: 2}]");
+    experiment.rounds = 20;
     experiment.transport.loss = loss;
     Keeper keeper;
     expect_same_traces(run_over_dds(experiment, nullptr, &keeper), run_in_simulation(experiment));
