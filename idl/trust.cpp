@@ -6,8 +6,10 @@
 #include <sys/random.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 namespace consort::wire {
 namespace {
@@ -99,8 +101,17 @@ dds::core::policy::UserData Participant::badge(std::string_view topic) const {
 }
 
 bool Participant::trusts(Kind kind, dds::core::InstanceHandle endpoint) const {
-  const auto found = (kind == Kind::writers ? shared_->writers : shared_->readers).find(endpoint);
-  if (!found) return false;  // gone again: nobody can vouch for it
+  // Where an endpoint of ours and one elsewhere come up at the same time, their match may be told a moment before the built-in topic
+  // knows the other one. Who is never found is gone again: nobody can vouch for it.
+  constexpr std::chrono::seconds kPatience{1};
+  const auto& endpoints = kind == Kind::writers ? shared_->writers : shared_->readers;
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  auto found = endpoints.find(endpoint);
+  while (!found && std::chrono::steady_clock::now() < until) {
+    std::this_thread::yield();
+    found = endpoints.find(endpoint);
+  }
+  if (!found) return false;
   const RunKey::Badge expected = shared_->key.badge(found->participant_key, found->topic_name);
   return found->user_data.size() == expected.size() && sodium_memcmp(found->user_data.data(), expected.data(), expected.size()) == 0;
 }
@@ -160,7 +171,7 @@ void Gate::refuse(Handle writer, const char* field) const {
 }
 
 Gate::Matches Gate::matched(Handle endpoint, std::int32_t change) {
-  const bool trusted = judge(endpoint);
+  const bool trusted = change > 0 && judge(endpoint);
   const std::lock_guard lock(mutex_);
   if (change < 0)
     present_.erase(endpoint);

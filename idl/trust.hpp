@@ -76,6 +76,7 @@ class Participant {
 
  private:
   struct Shared {
+    Shared(const dds::domain::DomainParticipant& participant, const RunKey& run) : entity(participant), key(run) {}
     dds::domain::DomainParticipant entity;
     RunKey key;
     dds::domain::DiscoveredParticipants participants{entity};

@@ -157,7 +157,11 @@ class JobRun {
       for (const Attendance& stay : presence.stays()) {
         const Round before = stay_before(presence, stay);
         const double start = std::max(stay.from * experiment_.dt - kJoinLead, before * experiment_.dt + kAfterDeath);
-        if (stay.from > 0 && elapsed >= start && called_.insert({stay.from, agent}).second) session_.call(stay.from);
+        if (stay.from == 0 || elapsed < start || elapsed >= stay.until * experiment_.dt) continue;
+        if (called_.insert({stay.from, agent}).second)
+          session_.call(stay.from);
+        else
+          session_.start_present(stay.from);
       }
   }
 

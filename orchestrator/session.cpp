@@ -230,9 +230,15 @@ void Session::call(Round first) {
       for (const wire::Assignment& part : assignments(hub, first)) hubs_[hub]->assignments.write(part);
     broadcast(wire::Command{epoch_, wire::Order::come_back, back, first});
   }
-  for (std::size_t p = 0; p < slots(); ++p)
-    if (states_[p].presence.holds(first)) start(p);
+  start_present(first);
   if (!gone_.empty()) broadcast(wire::Command{epoch_, wire::Order::departed, gone_});  // whoever joins was not there to hear it
+}
+
+void Session::start_present(Round k) {
+  for (std::size_t p = 0; p < slots(); ++p) {
+    const bool lost = p != plant() && std::binary_search(gone_.begin(), gone_.end(), placement_.processes[p].agents.front());
+    if (states_[p].presence.holds(k) && !lost) start(p);
+  }
 }
 
 void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
@@ -240,7 +246,10 @@ void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on
   const auto waits = [&](const ProcessState& state) {
     return state.started && (state.ready_epoch != epoch_ || state.ready_until <= first);
   };
-  while (count(waits) > 0 && !interrupted()) step(on_telemetry);
+  while (count(waits) > 0 && !interrupted()) {
+    step(on_telemetry);
+    start_present(first);
+  }
 }
 
 void Session::kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry) {

@@ -38,6 +38,9 @@ class Session {
   void join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// The same without waiting for anybody.
   void call(Round first);
+  /// Starts the processes that take part in round k and do not run, for example since the one before was still ending. Who died unplanned
+  /// stays dead.
+  void start_present(Round k);
   /// Kills an agent's process and waits until it has ended.
   void kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Stops an agent's process for so long.
