@@ -120,7 +120,7 @@ void Node::on_measurement(const wire::Measurement& measurement) {
       wake_.notify_one();
       return;
     }
-    if (!lockstep_ || measurement.epoch != epoch_ || finish_) return;
+    if (!lockstep_ || measurement.epoch != epoch_ || finish_ || lockstep_->over()) return;
     lockstep_->receive(measurement);
     lockstep_->advance();
     if (lockstep_->report_due()) wake_.notify_one();
@@ -194,13 +194,13 @@ void Node::serve(Lock& lock) {
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
+    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);  // and neither greets nor is ready any more
     if (!to_pass_on_.empty()) pass_on(lock);
     if (!greeted_ && may_greet()) greet();
     if (const Round until = met_until(); until > ready_until_) {
       ready_until_ = until;
       announce(lock, wire::State::ready);
     }
-    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);
     if (lockstep_ && !finish_ && lockstep_->report_due()) send_reports(lock, false);
     if (finish_ && !finished_) {
       finished_ = true;
