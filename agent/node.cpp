@@ -194,8 +194,8 @@ void Node::serve(Lock& lock) {
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
     if (assigned_) begin_run(lock);
-    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);  // and neither greets nor is ready any more
     if (!to_pass_on_.empty()) pass_on(lock);
+    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);  // and neither greets nor is ready any more
     if (!greeted_ && may_greet()) greet();
     if (const Round until = met_until(); until > ready_until_) {
       ready_until_ = until;
