@@ -30,6 +30,7 @@ class Node : public RunMember {
  private:
   // Called on DDS's receive threads.
   void on_assignment(wire::Assignment&& part);
+  [[nodiscard]] bool begins_later(const wire::Assignment& part) const;
   void on_grant(wire::Grant&& grant);
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);

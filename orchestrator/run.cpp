@@ -158,9 +158,10 @@ class JobRun {
         const Round before = stay_before(presence, stay);
         const double start = std::max(stay.from * experiment_.dt - kJoinLead, before * experiment_.dt + kAfterDeath);
         if (stay.from == 0 || elapsed < start || elapsed >= stay.until * experiment_.dt) continue;
-        if (called_.insert({stay.from, agent}).second)
+        if (called_.insert({stay.from, agent}).second) {
+          forget(agent);
           session_.call(stay.from);
-        else
+        } else
           session_.start_present(stay.from);
       }
   }
@@ -232,6 +233,9 @@ class JobRun {
       return std::any_of(stays.begin(), stays.end(), [round](const Attendance& stay) { return stay.from == round; });
     };
     if (std::none_of(experiment_.presence.begin(), experiment_.presence.end(), joins)) return;
+    for (const auto& [agent, presence] : experiment_.presence)
+      if (std::any_of(presence.again.begin(), presence.again.end(), [round](const Attendance& stay) { return stay.from == round; }))
+        forget(agent);
     session_.join(round, keep);
     graphs_ = {};  // who joins has heard of no graph yet
     last_news_ = Clock::now();
@@ -246,13 +250,18 @@ class JobRun {
     return (proceed->round - stop.round) * experiment_.dt;
   }
 
+  /// Who comes back has not come anywhere yet, and not said its last word.
+  void forget(AgentId agent) {
+    reached_.erase(agent.value);
+    last_words_.erase(agent.value);
+  }
+
   /// What a killed agent had told of its links counts; its successor counts from nothing.
   void bury(AgentId agent) {
     const auto links = links_of_.find(agent.value);
     if (links == links_of_.end()) return;
     for (const wire::LinkReport& link : links->second) add_link(link);
     links_of_.erase(links);
-    reached_.erase(agent.value);
   }
 
   void add_link(const wire::LinkReport& link) {
@@ -271,12 +280,13 @@ class JobRun {
     if (telemetry.last) {
       last_words_.insert(telemetry.process);
       reached = Attendance{}.until;
-    }
-    if (telemetry.last) {
       trace_.network.insert(trace_.network.end(), telemetry.network.begin(), telemetry.network.end());
       trace_.processes.push_back(telemetry.performance);
+      for (const wire::LinkReport& link : telemetry.links) add_link(link);
+      links_of_.erase(telemetry.process);  // whoever comes back counts from nothing
+    } else if (!telemetry.links.empty()) {
+      links_of_[telemetry.process] = telemetry.links;
     }
-    if (!telemetry.links.empty()) links_of_[telemetry.process] = telemetry.links;
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
   }
 
