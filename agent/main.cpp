@@ -65,7 +65,10 @@ int main(int argc, char** argv) {
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
     return serve(options, [&](const wire::Participant& participant) {
-      return std::make_unique<Node>(participant, NodeOptions{.agents = std::move(agents), .launched = options.orchestrator != 0});
+      return std::make_unique<Node>(participant, NodeOptions{.agents = std::move(agents),
+                                                             .first_epoch = options.first_epoch,
+                                                             .first_round = options.first_round,
+                                                             .launched = options.orchestrator != 0});
     });
   });
 }

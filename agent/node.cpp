@@ -41,27 +41,19 @@ Node::~Node() = default;
 
 void Node::on_assignment(wire::Assignment&& part) {
   guarded([&] {
-    if (part.epoch < newest_epoch_) return;  // of a run that is over
+    if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     std::erase_if(part.members, [&](const wire::Member& member) {
       return !std::binary_search(options_.agents.begin(), options_.agents.end(), member.agent);
     });
-    // Of the run that has begun: it is told again for somebody who comes back. If that is one of us, what came first was of an earlier
-    // stay.
-    if (part.epoch == epoch_ && !begins_later(part)) return;
+    // Who comes back may be told first what an earlier stay was told.
+    const auto outdated = [&](const wire::Member& member) { return member.presence.from < options_.first_round; };
+    if (part.epoch == options_.first_epoch && std::any_of(part.members.begin(), part.members.end(), outdated)) return;
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
     const std::uint32_t parts = part.parts;
     parts_[part.part] = std::move(part);
     assigned_ = parts_.size() == parts;
     if (assigned_) wake_.notify_one();
-  });
-}
-
-bool Node::begins_later(const wire::Assignment& part) const {
-  return std::any_of(part.members.begin(), part.members.end(), [this](const wire::Member& told) {
-    const auto served =
-        std::find_if(members_.begin(), members_.end(), [&](const wire::Member& member) { return member.agent == told.agent; });
-    return served != members_.end() && told.presence.from > served->presence.from;
   });
 }
 

@@ -14,8 +14,10 @@
 namespace consort {
 
 struct NodeOptions {
-  std::vector<AgentId> agents;  ///< hosted here, ascending
-  bool launched = false;        ///< by an orchestrator on this host, whose death is noticed by other means than DDS
+  std::vector<AgentId> agents;    ///< hosted here, ascending
+  std::uint32_t first_epoch = 0;  ///< in that run, it takes part
+  Round first_round = 0;          ///< from this round on, not in an earlier stay
+  bool launched = false;          ///< by an orchestrator on this host, whose death is noticed by other means than DDS
 };
 
 class Node : public RunMember {
@@ -30,7 +32,6 @@ class Node : public RunMember {
  private:
   // Called on DDS's receive threads.
   void on_assignment(wire::Assignment&& part);
-  [[nodiscard]] bool begins_later(const wire::Assignment& part) const;
   void on_grant(wire::Grant&& grant);
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);

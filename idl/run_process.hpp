@@ -24,6 +24,7 @@ namespace consort {
 struct RunProcessOptions {
   std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
   unsigned domain = 0, port = 0;
+  std::uint32_t first_epoch = 0, first_round = 0;
   bool tuned = false;
   double transmit_loss = 0.0;
   bool hears_multicast_data = true;  ///< false: what agents tell each other wakes only agents
@@ -45,6 +46,8 @@ inline void add_options(CLI::App& app, RunProcessOptions& options) {
   app.add_option("--neighbour-ports", options.neighbour_ports,
                  "neighbours discovery: UDP ports on this host to announce to, comma separated");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
+  app.add_option("--first-epoch", options.first_epoch, "of who comes back: the run of the session in which it does");
+  app.add_option("--first-round", options.first_round, "and the round; what its earlier stay was told is left alone");
   app.add_option("--transport-loss", options.transmit_loss, "share of outgoing packets to throw away, for experiments")
       ->check(CLI::Range(0.0, 0.9));
   app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");

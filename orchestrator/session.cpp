@@ -150,7 +150,7 @@ void Session::push(News&& news) {
   if (news_.size() == 1) arrived_.notify_one();
 }
 
-std::vector<std::string> Session::arguments_of(std::size_t process) const {
+std::vector<std::string> Session::arguments_of(std::size_t process, Round now) const {
   std::vector<std::string> arguments{"--run",       options_.run_name,  "--domain",           std::to_string(domain_number_),
                                      "--interface", options_.interface, "--orchestrator-pid", std::to_string(getpid())};
   std::vector<std::size_t> met;  // processes it meets
@@ -171,6 +171,9 @@ std::vector<std::string> Session::arguments_of(std::size_t process) const {
   } else if (placement_.multicast_data) {
     arguments.insert(arguments.end(), {"--data", "multicast"});
   }
+  for (const Attendance& stay : states_[process].presence.again)
+    if (stay.holds(now))
+      arguments.insert(arguments.end(), {"--first-epoch", std::to_string(epoch_), "--first-round", std::to_string(stay.from)});
   if (settings_.tuned) arguments.emplace_back("--tuned");
   if (settings_.transmit_loss > 0.0) arguments.insert(arguments.end(), {"--transport-loss", std::to_string(settings_.transmit_loss)});
   return arguments;
@@ -195,13 +198,13 @@ std::size_t Session::processes() const {
   return count([](const ProcessState& state) { return state.started; });
 }
 
-void Session::start(std::size_t process) {
+void Session::start(std::size_t process, Round now) {
   ProcessState& state = states_[process];
   if (state.started) return;
   state.started = true;
   if (state.external) return;
   const auto executable = process == plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
-  children_->start(state.name, executable, arguments_of(process), {{wire::RunKey::kVariable, options_.key}});
+  children_->start(state.name, executable, arguments_of(process, now), {{wire::RunKey::kVariable, options_.key}});
 }
 
 void Session::launch(RunObserver& observer) {
@@ -237,7 +240,7 @@ void Session::call(Round first) {
 void Session::start_present(Round k) {
   for (std::size_t p = 0; p < slots(); ++p) {
     const bool lost = p != plant() && std::binary_search(gone_.begin(), gone_.end(), placement_.processes[p].agents.front());
-    if (states_[p].presence.holds(k) && !lost) start(p);
+    if (states_[p].presence.holds(k) && !lost) start(p, k);
   }
 }
 

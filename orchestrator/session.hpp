@@ -96,12 +96,12 @@ class Session {
   void open_neighbour_hubs(const Hub::Callbacks& callbacks);
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
-  [[nodiscard]] std::vector<std::string> arguments_of(std::size_t process) const;
+  [[nodiscard]] std::vector<std::string> arguments_of(std::size_t process, Round now) const;
   [[nodiscard]] bool is_external(const ProcessPlan& process) const;
   [[nodiscard]] bool has_plant() const { return experiment_.plant.has_value(); }
   [[nodiscard]] std::size_t plant() const { return placement_.processes.size(); }  // its index among the processes
   [[nodiscard]] std::size_t slots() const { return placement_.processes.size() + (has_plant() ? 1 : 0); }
-  void start(std::size_t process);
+  void start(std::size_t process, Round now = 0);
   /// As the agents are told it in round `now`.
   [[nodiscard]] std::vector<wire::Assignment> assignments(std::size_t hub, Round now) const;
   [[nodiscard]] std::vector<wire::PlantAssignment> plant_assignments(const Job& job, std::uint32_t epoch) const;
