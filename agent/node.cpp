@@ -27,7 +27,7 @@ Node::Node(const wire::Participant& participant, NodeOptions options)
       participant_(participant),
       options_(std::move(options)),
       host_(host_name()),
-      presence_(participant),
+      presence_(participant, liveliness_lease()),
       layouts_(participant),
       telemetry_(participant),
       assignments_(participant, [this](wire::Assignment&& part) { on_assignment(std::move(part)); }),
@@ -437,6 +437,28 @@ Round Node::met_until() const {
   return until;
 }
 
+/// Why met_until() says 0, for a person.
+std::string Node::unmet() const {
+  if (!lockstep_) return "has no assignment yet";
+  const wire::Assignment& run = parts_.begin()->second;
+  std::string text;
+  const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  for (const wire::Member& member : members_) {
+    const auto readers = readers_of_.find(member.agent);
+    const std::size_t found = readers == readers_of_.end() ? 0 : readers->second;
+    if (gone_.empty() && found < member.remote_readers)
+      add("has found " + std::to_string(found) + " of " + std::to_string(member.remote_readers) + " readers of agent " +
+          std::to_string(member.agent.value));
+    for (const Told& told : member.told)
+      if (!announced_.contains(told.from)) add("lacks the announcement of agent " + std::to_string(told.from.value));
+  }
+  for (const AgentId agent : heard_remotely_)
+    if (!greeted_by_.contains(agent) && !gone_.contains(agent)) add("is not greeted by agent " + std::to_string(agent.value));
+  if (actuations_ && !plant_found_) add("has not found the plant");
+  if (run.plant && !plant_greeted_us_) add("is not greeted by the plant");
+  return text;
+}
+
 void Node::send_reports(Lock& lock, bool last) {
   wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, participant_.take_refusals(), lockstep_->slowest().round};
   if (last || lockstep_->whole_report_due()) telemetry.links = lockstep_->links();
@@ -487,7 +509,9 @@ void Node::announce(Lock& lock, wire::State state, const std::string& note) {
   presence.host = host_;
   presence.agents = options_.agents;
   presence.note = note;
-  if (lockstep_) {
+  if (state == wire::State::status && met_until() == 0) {
+    presence.note = unmet();
+  } else if (lockstep_) {
     auto slowest = lockstep_->slowest();
     presence.round = slowest.round;
     presence.waiting_agent = slowest.agent;

@@ -57,6 +57,7 @@ class Node : public RunMember {
   [[nodiscard]] bool may_greet() const;
   [[nodiscard]] bool greeting_needed() const;
   [[nodiscard]] Round met_until() const;
+  [[nodiscard]] std::string unmet() const;
 
   wire::Participant participant_;
   NodeOptions options_;

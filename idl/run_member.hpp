@@ -17,6 +17,9 @@
 
 namespace consort {
 
+/// A process that no parent waits for shows so often that it is alive, and is gone when it has not for so long (s).
+constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
+
 class RunMember {
  public:
   /// Ends run() from a signal handler's thread. `orphaned`: because the orchestrator is gone.
@@ -35,6 +38,9 @@ class RunMember {
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
   explicit RunMember(bool launched) : launched_(launched) {}
   ~RunMember() = default;
+
+  /// For Presence.
+  [[nodiscard]] std::optional<double> liveliness_lease() const { return launched_ ? std::nullopt : std::optional(kSignOfLifeLease); }
 
   /// These agents are gone; called under the lock.
   virtual void depart(std::span<const AgentId> agents) = 0;

@@ -2,6 +2,7 @@
 /// How a process of a run is started: the options that agents and plant share, what they mean for DDS, and dying with the orchestrator.
 
 #include "core/errors.hpp"
+#include "idl/run_member.hpp"
 #include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
@@ -12,10 +13,14 @@
 #include <CLI/CLI.hpp>
 
 #include <atomic>
+#include <condition_variable>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <mutex>
+#include <optional>
 #include <sstream>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -100,6 +105,22 @@ void wait_for_the_end(Driver& driver, std::atomic<int>& caught, const sigset_t& 
   std::_Exit(128 + caught);
 }
 
+/// Shows, while it exists, that this process is alive.
+class SignsOfLife {
+ public:
+  explicit SignsOfLife(dds::domain::DomainParticipant& participant)
+      : thread_([&participant](const std::stop_token& stop) {
+          std::mutex mutex;
+          std::condition_variable_any ending;
+          std::unique_lock lock(mutex);
+          do participant.assert_liveliness();
+          while (!ending.wait_for(lock, stop, std::chrono::duration<double>(kSignOfLifeEvery), [&stop] { return stop.stop_requested(); }));
+        }) {}
+
+ private:
+  std::jthread thread_;
+};
+
 /// Joins the run's domain, makes the driver with `make(participant)` and runs it; SIGINT and SIGTERM end it. The exit code.
 template <class Make>
 int serve(const RunProcessOptions& options, Make&& make) {
@@ -113,8 +134,11 @@ int serve(const RunProcessOptions& options, Make&& make) {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
   const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
-  const wire::Participant participant(dds::domain::DomainParticipant(domain), key);
+  dds::domain::DomainParticipant entity(domain);
+  const wire::Participant participant(entity, key);
   auto driver = make(participant);
+  std::optional<SignsOfLife> signs;
+  if (options.orchestrator == 0) signs.emplace(entity);
   std::atomic<int> caught{0};
   std::thread([&driver, &caught, signals, orchestrator = options.orchestrator] {  // detached: it ends with the process
     wait_for_the_end(*driver, caught, signals, orchestrator);

@@ -2,6 +2,8 @@
 
 #include "idl/codec.hpp"
 
+#include <mutex>
+
 DDS_TOPIC_TYPE(consort_wire_Assignment);
 DDS_TOPIC_TYPE(consort_wire_PlantAssignment);
 DDS_TOPIC_TYPE(consort_wire_Grant);
@@ -171,14 +173,18 @@ std::string partition_of(AgentId agent) { return "agent" + std::to_string(agent.
 template <class T>
 struct Writer<T>::Impl {
   using Wire = typename TopicOf<T>::Wire;
-  explicit Impl(const Participant& participant, const dds::pub::qos::PublisherQos& where = {})
+  explicit Impl(const Participant& participant, const dds::pub::qos::PublisherQos& where = {},
+                const Liveliness& liveliness = Liveliness::Automatic())
       : writer(dds::pub::Publisher(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::pub::qos::DataWriterQos>() << participant.badge(TopicOf<T>::name)) {}
+               steering_qos<dds::pub::qos::DataWriterQos>() << participant.badge(TopicOf<T>::name) << liveliness) {}
   dds::pub::DataWriter<Wire> writer;
 };
 
 template <class T>
-Writer<T>::Writer(const Participant& participant) : impl_(std::make_unique<Impl>(participant)) {}
+Writer<T>::Writer(const Participant& participant, std::optional<double> liveliness_lease)
+    : impl_(std::make_unique<Impl>(
+          participant, dds::pub::qos::PublisherQos{},
+          liveliness_lease ? Liveliness::ManualByParticipant(Duration::from_secs(*liveliness_lease)) : Liveliness::Automatic())) {}
 template <class T>
 Writer<T>::~Writer() = default;
 template <class T>
@@ -245,8 +251,61 @@ template class Reader<PlantAssignment>;
 template class Reader<Grant>;
 template class Reader<Command>;
 template class Reader<Layouts>;
-template class Reader<Presence>;
 template class Reader<Telemetry>;
+
+// --- who is alive -----------------------------------------------------------------------------------------------------
+
+struct PresenceReader::Impl {
+  using Wire = consort_wire_Presence;
+  Impl(const Participant& participant, std::function<void(Presence&&)> on_data, std::function<void(std::uint32_t, bool)> on_liveliness)
+      : gate(participant, TopicOf<Presence>::name, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<Presence>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<Presence>::name),
+               listener(std::move(on_data), std::move(on_liveliness))) {}
+
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(Presence&&)> on_data,
+                                              std::function<void(std::uint32_t, bool)> on_liveliness) {
+    dds::sub::DataReaderListener<Wire> result;
+    result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
+      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
+        for (const auto& sample : samples)
+          take(gate, sample, [&](Presence&& presence) {
+            remember(sample.info().publication_handle(), presence.process);
+            on_data(std::move(presence));
+          });
+      }
+    };
+    result.on_liveliness_changed = [this, on_liveliness = std::move(on_liveliness)](auto&, const auto& status) {
+      const auto process = process_of(status.last_publication_handle());
+      if (process && (status.not_alive_count_change() > 0 || status.alive_count_change() > 0))
+        on_liveliness(*process, status.alive_count_change() > 0);
+    };
+    result.on_subscription_matched = judge_writers(gate);
+    return result;
+  }
+
+  void remember(Gate::Handle writer, std::uint32_t process) {
+    const std::lock_guard lock(mutex);
+    processes[writer] = process;
+  }
+
+  std::optional<std::uint32_t> process_of(Gate::Handle writer) {
+    const std::lock_guard lock(mutex);
+    const auto known = processes.find(writer);
+    return known == processes.end() ? std::nullopt : std::optional(known->second);
+  }
+
+  Gate gate;
+  std::mutex mutex;
+  std::map<Gate::Handle, std::uint32_t> processes;  // by their writer
+  dds::sub::DataReader<Wire> reader;
+};
+
+PresenceReader::PresenceReader(const Participant& participant, std::function<void(Presence&&)> on_data,
+                               std::function<void(std::uint32_t, bool)> on_liveliness)
+    : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_liveliness))) {}
+PresenceReader::~PresenceReader() = default;
+PresenceReader::PresenceReader(PresenceReader&&) noexcept = default;
 
 // --- announcements ----------------------------------------------------------------------------------------------------
 

@@ -169,7 +169,8 @@ class Writer {
   friend class AnnouncementWriter;
 
  public:
-  explicit Writer(const Participant& participant);
+  /// With a lease (s): whoever reads it knows that the process is gone when for so long it has not shown that it is alive.
+  explicit Writer(const Participant& participant, std::optional<double> liveliness_lease = {});
   ~Writer();
   Writer(Writer&&) noexcept;
   void write(const T& value);
@@ -192,6 +193,19 @@ class Reader {
   Reader(const Participant& participant, std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched = {});
   ~Reader();
   Reader(Reader&&) noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Reads Presence, and is told when a process that wrote with a liveliness lease falls silent (false) and is heard again (true).
+class PresenceReader {
+ public:
+  PresenceReader(const Participant& participant, std::function<void(Presence&&)> on_data,
+                 std::function<void(std::uint32_t process, bool alive)> on_liveliness);
+  ~PresenceReader();
+  PresenceReader(PresenceReader&&) noexcept;
 
  private:
   struct Impl;

@@ -19,6 +19,7 @@ class Hub {
     std::function<void(wire::Presence&&)> on_presence;
     std::function<void(wire::Layouts&&)> on_layouts;
     std::function<void(wire::Telemetry&&)> on_telemetry;
+    std::function<void(std::uint32_t process, bool alive)> on_liveliness;  ///< of processes that nobody here has started
   };
   /// `domain` is the number within this process. Throws dds::core::Exception.
   Hub(unsigned domain, const std::string& configuration, const wire::RunKey& key, const Callbacks& callbacks)
@@ -28,7 +29,7 @@ class Hub {
         plant_assignments(participant_),
         grants(participant_),
         commands(participant_),
-        presence_(participant_, callbacks.on_presence),
+        presence_(participant_, callbacks.on_presence, callbacks.on_liveliness),
         layouts_(participant_, callbacks.on_layouts),
         telemetry_(participant_, callbacks.on_telemetry) {}
 
@@ -46,7 +47,7 @@ class Hub {
   wire::Writer<wire::Command> commands;
 
  private:
-  wire::Reader<wire::Presence> presence_;
+  wire::PresenceReader presence_;
   wire::Reader<wire::Layouts> layouts_;
   wire::Reader<wire::Telemetry> telemetry_;
 };

@@ -24,6 +24,7 @@ constexpr std::size_t kTunedFrom = 60;  // processes that all discover each othe
 constexpr std::size_t kWriterMemory = std::size_t{1} << 30;  // bytes a writer may hold before a write would wait
 constexpr milliseconds kAnnounceEvery{2000};  // neighbours mode: a first announcement may meet a process that is not there yet
 constexpr milliseconds kExternalLease{2000};  // how fast an agent on another host notices a dead orchestrator, and the other way round
+constexpr milliseconds kSecondLook{150};      // a silent process on another host may still be heard again
 constexpr milliseconds kLookAround{20};       // how often children, interrupt and deadline are looked at
 
 std::string remark_on(const Refusal& refusal) {
@@ -84,7 +85,10 @@ void Session::open_hubs() {
   if (!options_.external.empty() || options_.external_plant) settings_.lease_duration = kExternalLease;
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
                                  [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
-                                 [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); }};
+                                 [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); },
+                                 [this](std::uint32_t process, bool alive) {
+                                   push(Liveliness{process, alive});
+                                 }};
   if (placement_.neighbour_discovery)
     open_neighbour_hubs(callbacks);
   else
@@ -433,11 +437,16 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
       if (on_telemetry) on_telemetry(std::move(*telemetry));
     } else if (auto* layouts = std::get_if<wire::Layouts>(&item)) {
       if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
+    } else if (const auto* liveliness = std::get_if<Liveliness>(&item)) {
+      const auto at = process_by_name_.find(liveliness->process);
+      if (at == process_by_name_.end()) continue;
+      states_[at->second].silent_since = liveliness->alive ? std::nullopt : std::optional(Clock::now());
     } else {
       handle(std::move(std::get<wire::Presence>(item)));
     }
   }
   watch_children();
+  watch_external();
   wake_stopped(false);
   if (!leaving_ && Clock::now() > deadline_) time_out();
 }
@@ -454,6 +463,7 @@ void Session::handle(wire::Presence&& presence) {
   }
   ProcessState& state = states_[at->second];
   state.found = true;
+  state.where = "pid " + std::to_string(presence.pid) + " on " + presence.host;
   switch (presence.state) {
     case wire::State::hello:
       break;
@@ -466,11 +476,14 @@ void Session::handle(wire::Presence&& presence) {
       break;
     case wire::State::failed:
       if (may_lose(at->second)) break;  // its process ends by itself
-      throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") failed: " + presence.note);
+      throw RunError(state.name + " (" + state.where + ") failed: " + presence.note);
     case wire::State::leaving:
       if (!leaving_ && !leaves(at->second) && !may_lose(at->second))
-        throw RunError(state.name + " (pid " + std::to_string(presence.pid) + " on " + presence.host + ") left in round " +
-                       std::to_string(presence.round));
+        throw RunError(state.name + " (" + state.where + ") left in round " + std::to_string(presence.round));
+      if (state.external) {
+        state.started = state.found = false;
+        state.ready_epoch = 0;
+      }
       break;
   }
 }
@@ -485,6 +498,21 @@ void Session::watch_children() {
     state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
     if (!left) lose(process, death->text());
+  }
+}
+
+/// Who is not launched from here, and silent, is dead; but not if this very host has slept, which a moment shows.
+void Session::watch_external() {
+  if (leaving_) return;
+  for (std::size_t p = 0; p < slots(); ++p) {
+    ProcessState& state = states_[p];
+    if (!state.external || !state.started || !state.silent_since || Clock::now() - *state.silent_since < kSecondLook) continue;
+    const std::string text = state.name + " (" + state.where + ") gives no sign of life any more";
+    if (!may_lose(p)) throw RunError(text);
+    state.silent_since.reset();
+    state.started = state.found = false;
+    state.ready_epoch = 0;
+    lose(p, text);
   }
 }
 
@@ -564,16 +592,17 @@ std::string Session::who_waits() {
 void Session::time_out() {
   char limit[32];
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
+  std::string text = "deadline of " + std::string(limit) + " passed";
   const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
-  if (!lost.empty()) {
-    std::string text = "deadline of " + std::string(limit) + " passed before everybody was there; never appeared: " + lost;
-    for (const std::string& remark : take_remarks()) text += "; " + remark;
-    throw TimeoutError(text);
-  }
   const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
-  if (!unready.empty())
-    throw TimeoutError("deadline of " + std::string(limit) + " passed; these did not meet their neighbours: " + unready);
-  throw TimeoutError("deadline of " + std::string(limit) + " passed; " + who_waits());
+  if (!lost.empty())
+    text += " before everybody was there; never appeared: " + lost;
+  else if (!unready.empty())
+    text += "; these did not meet their neighbours: " + unready + "; " + who_waits();
+  else
+    text += "; " + who_waits();
+  for (const std::string& remark : take_remarks()) text += "; " + remark;
+  throw TimeoutError(text);
 }
 
 RunLayouts Session::layouts() const {

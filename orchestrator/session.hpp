@@ -78,7 +78,11 @@ class Session {
   void broadcast(const wire::Command& command);
 
  private:
-  using News = std::variant<wire::Presence, wire::Layouts, wire::Telemetry>;
+  struct Liveliness {
+    std::uint32_t process;
+    bool alive;
+  };
+  using News = std::variant<wire::Presence, wire::Layouts, wire::Telemetry, Liveliness>;
   struct ProcessState {
     std::string name;
     bool external = false;
@@ -86,6 +90,8 @@ class Session {
     bool dying = false;    // its death is wanted
     bool started = false;  // or expected, where it is external
     bool found = false;
+    std::optional<std::chrono::steady_clock::time_point> silent_since;  // where it is external
+    std::string where;                                                  // process and host, for a person
     std::uint32_t ready_epoch = 0;
     Round ready_until = 0;                 // in that epoch: rounds below may be granted
     std::optional<wire::Presence> status;  // answer to the newest status command
@@ -112,6 +118,7 @@ class Session {
   void handle(wire::Presence&& presence);
   void note(std::vector<Refusal> refusals);
   void watch_children();
+  void watch_external();
   void wake_stopped(bool all);
   void lose(std::size_t process, const std::string& text);
   [[nodiscard]] bool leaves(std::size_t process) const;

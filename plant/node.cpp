@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kGreetAgain{500};
 PlantNode::PlantNode(const wire::Participant& participant, bool launched)
     : RunMember(launched),
       participant_(participant),
-      presence_(participant),
+      presence_(participant, liveliness_lease()),
       telemetry_(participant),
       assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
       grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
@@ -222,6 +222,20 @@ Round PlantNode::met_until() const {
   return until;
 }
 
+/// Why met_until() says 0, for a person.
+std::string PlantNode::unmet() const {
+  if (!rounds_) return "has no assignment yet";
+  std::string text;
+  for (const auto& [process, first] : begins_) {
+    if (first > 0 || !rounds_->expects(process)) continue;
+    const bool found = found_.contains(process);
+    if (found && (!steered_ || greeted_by_.contains(process))) continue;
+    text += (text.empty() ? "" : ", ") + std::string(found ? "is not greeted by" : "has not found") + " the process of agent " +
+            std::to_string(process);
+  }
+  return text;
+}
+
 void PlantNode::send_reports(Lock& lock, bool last) {
   wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, participant_.take_refusals(), rounds_->round()};
   if (last) telemetry.performance = performance();
@@ -253,7 +267,9 @@ void PlantNode::announce(Lock& lock, wire::State state, const std::string& note)
   gethostname(host.data(), host.size() - 1);
   presence.host = host.data();
   presence.note = note;
-  if (rounds_) {
+  if (state == wire::State::status && met_until() == 0) {
+    presence.note = unmet();
+  } else if (rounds_) {
     presence.round = rounds_->round();
     const auto [agent, missing] = rounds_->progress();
     if (state == wire::State::status && missing > 0)

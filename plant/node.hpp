@@ -40,6 +40,7 @@ class PlantNode : public RunMember {
   void send_reports(Lock& lock, bool last);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
   [[nodiscard]] Round met_until() const;
+  [[nodiscard]] std::string unmet() const;
   [[nodiscard]] bool somebody_joins() const;
 
   wire::Participant participant_;

@@ -69,6 +69,16 @@ void expect_none_left(const std::vector<pid_t>& pids, double seconds) {
   EXPECT_TRUE(eventually([&] { return std::none_of(pids.begin(), pids.end(), runs); }, seconds)) << "agent processes are left";
 }
 
+/// The child that hosts this agent alone.
+pid_t process_of(const std::vector<pid_t>& children, char id) {
+  const std::string option = std::string("--ids\0", 6) + id;
+  const auto found = std::find_if(children.begin(), children.end(), [&](pid_t pid) {
+    return text_of("/proc/" + std::to_string(pid) + "/cmdline").find(option) != std::string::npos;
+  });
+  EXPECT_NE(found, children.end()) << "no process of agent " << id;
+  return found == children.end() ? 0 : *found;
+}
+
 TEST(Faults, SignalsEndARunCleanlyWithItsRecordIntact) {
   for (const auto& [signal, code] : {std::pair{SIGINT, 130}, std::pair{SIGTERM, 143}}) {
     SCOPED_TRACE(signal);
@@ -111,14 +121,9 @@ TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
     Command run(text + plant);
     ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
     const auto children = run.program->children();
-    const auto third = std::find_if(children.begin(), children.end(), [](pid_t pid) {
-      return text_of("/proc/" + std::to_string(pid) + "/cmdline")
-                 .find(std::string("--ids\0"
-                                   "3",
-                                   7)) != std::string::npos;
-    });
-    ASSERT_NE(third, children.end());
-    kill(*third, SIGKILL);
+    const pid_t third = process_of(children, '3');
+    ASSERT_GT(third, 0);
+    kill(third, SIGKILL);
     EXPECT_TRUE(eventually([&] { return run.program->err().find("loss in round") != std::string::npos; })) << run.program->err();
     EXPECT_NE(run.program->err().find("agent-3"), std::string::npos) << run.program->err();
     const long then = run.estimates();
@@ -127,6 +132,24 @@ TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
     EXPECT_EQ(run.program->wait(60), 143) << run.program->err();
     expect_none_left(children, 5);
   }
+}
+
+TEST(Faults, AfterAnUnplannedLossTheRestComesToTheLastRound) {
+  std::string text = std::string(kEndless) + "on_agent_loss: continue\n";
+  text.replace(text.find("100000000"), 9, "200000");
+  Command run(text);
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  const auto children = run.program->children();
+  const pid_t second = process_of(children, '2'), third = process_of(children, '3');
+  ASSERT_TRUE(second > 0 && third > 0);
+  kill(second, SIGSTOP);  // so that the run cannot end before the loss
+  kill(third, SIGKILL);
+  EXPECT_TRUE(eventually([&] { return run.program->err().find("loss in round") != std::string::npos; })) << run.program->err();
+  kill(second, SIGCONT);
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  EXPECT_EQ(run.summary().at("rounds"), 200'000);
+  EXPECT_EQ(run.summary().at("exit"), 0);
+  expect_none_left(children, 5);
 }
 
 TEST(Faults, WithoutTheOrchestratorEverybodyWritesWhatItHoldsAndEnds) {
@@ -323,6 +346,29 @@ TEST(Faults, AnAgentStartedByHandLeavesWhenItsOrchestratorIsKilled) {
   run.program->wait(60);
   EXPECT_EQ(agent.wait(60), 3) << agent.err();
   EXPECT_NE(agent.err().find("orchestrator disappeared"), std::string::npos) << agent.err();
+}
+
+/// Nobody here waits for that process: its liveliness tells.
+TEST(Faults, AnAgentStartedByHandThatIsKilledIsNoticed) {
+  const SharedKey key;
+  for (const bool goes_on : {false, true}) {
+    SCOPED_TRACE(goes_on);
+    const std::string name = unique_run_name("killed-by-hand");
+    const Folder folder;
+    Program agent(folder, "consort-agent", {"--id", "4", "--run", name, "--domain", "66"});
+    Command run(std::string(kEndless) + (goes_on ? "on_agent_loss: continue\n" : ""),
+                {"--name", name, "--domain", "66", "--external", "4"});
+    ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+    agent.signal(SIGKILL);
+    EXPECT_TRUE(eventually([&] { return run.program->err().find("no sign of life") != std::string::npos; })) << run.program->err();
+    EXPECT_NE(run.program->err().find("agent-4 (pid "), std::string::npos) << run.program->err();
+    if (goes_on) {
+      const long then = run.estimates();
+      EXPECT_TRUE(eventually([&] { return run.estimates() > then + 100; })) << "the rest go on; " << run.program->err();
+      run.program->signal(SIGTERM);
+    }
+    EXPECT_EQ(run.program->wait(60), goes_on ? 143 : 3) << run.program->err();
+  }
 }
 
 TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
