@@ -2,6 +2,7 @@
 /// pass or fail.
 
 #include "tests/bench/command.hpp"
+#include "tests/bench/ddsperf.hpp"
 #include "tests/bench/figures.hpp"
 
 #include <CLI/CLI.hpp>
@@ -46,6 +47,10 @@ const std::vector<std::string> kNames{"ring_10",
                                       "startup_ring_100",
                                       "startup_ring_1000",
                                       "memory_ring_100",
+                                      "realtime_10_at_1khz",
+                                      "realtime_100_at_100hz",
+                                      "realtime_most_agents_at_100hz",
+                                      "realtime_highest_rate_of_10",
                                       "simulate",
                                       "protocols"};
 
@@ -92,6 +97,37 @@ const std::vector<Estimator>& estimators() {
   return list;
 }
 
+/// A ring whose rounds a clock paces: so many processes, so many rounds per second.
+struct Clocked {
+  std::string name;
+  int agents;
+  double rate;
+};
+
+const std::vector<Clocked>& clocked() {
+  static const std::vector<Clocked> list{{"realtime_10_at_1khz", 10, 1000.0}, {"realtime_100_at_100hz", 100, 100.0}};
+  return list;
+}
+
+/// Harder and harder for the clock, until messages are late: where is the knee?
+struct Ladder {
+  std::string name, unit;
+  std::vector<Clocked> steps;  ///< named by what is counted
+  double aim;
+};
+
+const std::vector<Ladder>& ladders() {
+  static const auto steps = [](std::initializer_list<int> agents, std::initializer_list<int> rates) {
+    std::vector<Clocked> list;
+    for (const int n : agents)
+      for (const int rate : rates) list.push_back({std::to_string(agents.size() > 1 ? n : rate), n, static_cast<double>(rate)});
+    return list;
+  };
+  static const std::vector<Ladder> list{{"realtime_most_agents_at_100hz", "agents", steps({25, 50, 100, 150, 200, 300}, {100}), 100.0},
+                                        {"realtime_highest_rate_of_10", "rounds/s", steps({10}, {500, 1000, 2000, 5000, 10000}), 1000.0}};
+  return list;
+}
+
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -117,6 +153,24 @@ struct Ours {
   double startup = 0.0, rate = 0.0, delivered = 0.0, cpu = 0.0;
 };
 
+/// One run of a ring that a clock paces, Consort's or the raw program's.
+struct Kept {
+  double late = 0.0;                ///< %, of all messages: not there when their round was over, late, lost or never sent
+  double jitter_p99 = 0.0;          ///< us, wake-ups after the planned instant; of the process where it is largest
+  double cpu = 0.0, arrived = 0.0;  ///< s, of all processes, and the messages that came at all
+};
+
+/// The figures of several such runs; what starting and ending cost is taken off.
+struct KeptTurns {
+  std::vector<double> late, jitter_p99, cpu_per_message, cores;
+  void add(const Kept& run, const Kept& start, double seconds) {
+    late.push_back(run.late);
+    jitter_p99.push_back(run.jitter_p99);
+    cores.push_back((run.cpu - start.cpu) / seconds);
+    if (run.arrived > start.arrived) cpu_per_message.push_back(1e6 * (run.cpu - start.cpu) / (run.arrived - start.arrived));
+  }
+};
+
 class Bench {
  public:
   explicit Bench(const Options& options) : options_(options) {}
@@ -130,6 +184,10 @@ class Bench {
     for (const auto& [agents, limit] : std::map<int, double>{{10, 1.0}, {100, 3.0}, {1000, 12.0}})
       if (wanted(fmt::format("startup_ring_{}", agents))) measure_startup(agents, limit);
     if (wanted("memory_ring_100")) measure_memory();
+    for (const Clocked& ring : clocked())
+      if (wanted(ring.name)) measure(ring);
+    for (const Ladder& ladder : ladders())
+      if (wanted(ladder.name)) measure(ladder);
     if (wanted("simulate")) measure_simulation();
     if (wanted("protocols")) measure_protocols();
   }
@@ -155,22 +213,34 @@ class Bench {
     return json::parse(outcome.output);
   }
 
-  Ours run_file(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {},
-                const std::vector<std::string>& more = {}) const {
+  /// summary.json of a run that came to its end, and the CPU time of all its processes.
+  struct Ended {
+    json summary;
+    double cpu;
+  };
+
+  std::optional<Ended> run_to_end(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {},
+                                  const std::vector<std::string>& more = {}) const {
     const fs::path results = folder_.path() / fmt::format("results-{}", ++runs_);
-    std::vector<std::string> command{options_.consort.string(), "run", file.string(), "--mode", "lockstep", "--json", "--quiet", "--output",
-                                     results.string()};
+    std::vector<std::string> command{options_.consort.string(), "run", file.string(), "--json", "--quiet", "--output", results.string()};
     command.insert(command.end(), more.begin(), more.end());
     const Outcome outcome = run_command(command, limit, watch);
     std::error_code ignored;
     fs::remove_all(results, ignored);
     if (outcome.exit_code != 0 && outcome.exit_code != 1) {  // 1: a criterion was not met, but the run came to its end
       say(fmt::format("consort run {} ended with exit code {}", file.filename().string(), outcome.exit_code));
-      return {};
+      return std::nullopt;
     }
-    const json performance = json::parse(outcome.output).at("performance");
-    return {true, performance.at("startup_seconds"), performance.at("rounds_per_second"), performance.at("messages_delivered"),
-            outcome.cpu_seconds};
+    return Ended{json::parse(outcome.output), outcome.cpu_seconds};
+  }
+
+  Ours run_file(const fs::path& file, double limit, const std::function<void(pid_t)>& watch = {},
+                std::vector<std::string> more = {}) const {
+    more.insert(more.end(), {"--mode", "lockstep"});
+    const auto ended = run_to_end(file, limit, watch, more);
+    if (!ended) return {};
+    const json& performance = ended->summary.at("performance");
+    return {true, performance.at("startup_seconds"), performance.at("rounds_per_second"), performance.at("messages_delivered"), ended->cpu};
   }
 
   /// local_voting on eight states, or steering integrators of eight coordinates; telemetry at its default.
@@ -194,6 +264,32 @@ class Bench {
         exchange.plant ? "plant: {model: {name: integrator, dimension: 8}, initial: {position: {uniform: [0, 1], dimension: 8}}}\n"
                        : "  initial: {x: {uniform: [0, 1], dimension: 8}}\n");
     return run_file(file, 330.0, watch);
+  }
+
+  static double messages_of(const Clocked& ring, double rounds) { return 2.0 * ring.agents * rounds; }  // everybody hears two
+
+  std::optional<Kept> raw(const Clocked& ring, double seconds) const {
+    const auto twin = raw("raw_dds", {ring.name, "ring", ring.agents, 1, {}, {}, 0}, {"--rate", std::to_string(ring.rate)}, seconds);
+    if (!twin) return std::nullopt;
+    const double in_time = twin->at("messages_in_time"), jitter = twin->at("jitter_p99");
+    return Kept{100.0 * (1.0 - in_time / messages_of(ring, twin->at("rounds"))), 1e6 * jitter, twin->at("cpu_seconds"),
+                twin->at("messages")};
+  }
+
+  /// As the raw program's rounds, through `consort run`; telemetry at its default.
+  std::optional<Kept> ours(const Clocked& ring, double seconds) const {
+    const long rounds = std::lround(seconds * ring.rate);
+    const fs::path file = folder_.path() / fmt::format("realtime-{}-{}.yaml", ring.agents, ring.rate);
+    std::ofstream(file) << fmt::format(
+        "experiment: bench_realtime\nmode: realtime\nseed: 1\nrounds: {}\ndt: {:.9f}\n"
+        "agents: {{count: {}, protocol: local_voting, initial: {{x: {{uniform: [0, 1], dimension: 8}}}}}}\n"
+        "topology: ring\nstop: {{deadline: 120 s}}\n",
+        rounds, 1.0 / ring.rate, ring.agents);
+    const auto ended = run_to_end(file, 150.0);
+    if (!ended) return std::nullopt;
+    const auto metric = [&](const char* name) { return ended->summary.at("metrics").at(name).get<double>(); };
+    const double arrived = metric("network_sent") - metric("network_lost"), in_time = arrived - metric("network_late");
+    return Kept{100.0 * (1.0 - in_time / messages_of(ring, static_cast<double>(rounds))), 1e6 * metric("jitter_p99"), ended->cpu, arrived};
   }
 
   // --- figures ----------------------------------------------------------------------------------------------------------
@@ -227,6 +323,67 @@ class Bench {
     figures_.push_back({exchange.name + ".cpu_per_message", median(cpu), "us", median(raw_cpu), {}});
     figures_.push_back({exchange.name + ".against_udp", median(rate), "rounds/s", median(udp_rate), {}});
     figures_.push_back({exchange.name + ".cpu_per_message_udp", median(cpu), "us", median(udp_cpu), {}});
+  }
+
+  /// Rounds by the clock. ddsperf tells the latency of messages, and not how late it wakes up: that is what stands beside our jitter.
+  void measure(const Clocked& ring) {
+    constexpr double kStart = 0.5;  // s: a short run tells what starting and ending cost
+    const double seconds = 2.0 * options_.seconds();
+    const auto brief = ours(ring, kStart);
+    const auto brief_ddsperf = run_ddsperf(ring.agents, ring.rate, 1);
+    KeptTurns raw_turns, turns;
+    std::vector<double> ddsperf_cpu, ddsperf_latency;
+    for (int turn = 1; turn <= options_.turns(); ++turn) {
+      say(fmt::format("{}, turn {} of {}: raw DDS, Consort, ddsperf", ring.name, turn, options_.turns()));
+      if (const auto twin = raw(ring, seconds)) raw_turns.add(*twin, {}, seconds);
+      if (const auto run = brief ? ours(ring, kStart + seconds) : std::nullopt) turns.add(*run, *brief, seconds);
+      const auto tool = brief_ddsperf ? run_ddsperf(ring.agents, ring.rate, 1 + static_cast<int>(seconds)) : std::nullopt;
+      if (!tool || tool->messages <= brief_ddsperf->messages) continue;
+      ddsperf_cpu.push_back(1e6 * (tool->cpu - brief_ddsperf->cpu) / (tool->messages - brief_ddsperf->messages));
+      ddsperf_latency.push_back(tool->latency_p99);
+    }
+    figures_.push_back({ring.name, median(turns.late), "% late", median(raw_turns.late), {Aim::Of::value_at_most, kLate}});
+    figures_.push_back({ring.name + ".jitter_p99", median(turns.jitter_p99), "us", median(raw_turns.jitter_p99), {}});
+    figures_.push_back({ring.name + ".cores", median(turns.cores), "cores", median(raw_turns.cores), {}});
+    figures_.push_back({ring.name + ".cpu_per_message", median(turns.cpu_per_message), "us", median(raw_turns.cpu_per_message), {}});
+    figures_.push_back({ring.name + ".cpu_per_message_ddsperf", median(turns.cpu_per_message), "us", median(ddsperf_cpu), {}});
+    figures_.push_back({ring.name + ".jitter_p99_ddsperf_latency", median(turns.jitter_p99), "us", median(ddsperf_latency), {}});
+  }
+
+  /// The last step, from the first on, with fewer late messages than kLate. Anything else on the machine makes messages late, so a step
+  /// that falls short is tried again. What each step came to goes into `late`. None: not even the first step came to its end.
+  std::optional<double> climb(const Ladder& ladder, const std::function<std::optional<Kept>(const Clocked&)>& run,
+                              std::map<std::string, double>& late) const {
+    double reached = 0.0;
+    for (const Clocked& step : ladder.steps) {
+      for (int attempt = 1; attempt <= 2; ++attempt) {
+        const auto kept = run(step);
+        if (!kept) continue;
+        const auto known = late.emplace(step.name, kept->late).first;
+        known->second = std::min(known->second, kept->late);
+        if (kept->late < kLate) break;
+      }
+      const auto known = late.find(step.name);
+      if (known == late.end() || known->second >= kLate) break;
+      reached = std::stod(step.name);
+    }
+    return late.empty() ? std::nullopt : std::optional(reached);
+  }
+
+  void measure(const Ladder& whole) {
+    say(fmt::format("{}: raw DDS, then Consort, up to the first step where {:g} % of the messages are late", whole.name, kLate));
+    Ladder ladder = whole;
+    if (options_.quick) ladder.steps = {whole.steps[1], whole.steps[2]};
+    std::map<std::string, double> raw_late, late;
+    const auto raw_reached = climb(
+        ladder, [&](const Clocked& step) { return raw(step, 3.0); }, raw_late);
+    const auto reached = climb(
+        ladder, [&](const Clocked& step) { return ours(step, 3.0); }, late);
+    figures_.push_back({ladder.name, reached, ladder.unit, raw_reached, {Aim::Of::value_at_least, ladder.aim}});
+    for (const Clocked& step : ladder.steps) {
+      const auto of = [&](const auto& known) { return known.contains(step.name) ? std::optional(known.at(step.name)) : std::nullopt; };
+      if (of(late)) figures_.push_back({fmt::format("{}.at_{}", ladder.name, step.name), of(late), "% late", of(raw_late), {}});
+    }
   }
 
   void measure_complete_100() {
@@ -355,6 +512,8 @@ class Bench {
           {name + "_" + example, median(rate), "rounds/s", bare != rates.end() ? median(bare->second) : std::nullopt, aim(example)});
     }
   }
+
+  static constexpr double kLate = 1.0;  ///< %, of the messages: what a clock's rounds may lack
 
   Options options_;
   TemporaryFolder folder_;

@@ -79,9 +79,9 @@ inline std::string verdict(const Figure& figure) {
 
 /// One line per figure, as measured.
 inline std::string table(const std::vector<Figure>& figures) {
-  std::string text = fmt::format("{:<42}{:>12}  {:<10}{:>12}{:>9}  {:<14}{}\n", "figure", "Consort", "unit", "raw", "ratio", "asked", "");
+  std::string text = fmt::format("{:<48}{:>12}  {:<10}{:>12}{:>9}  {:<14}{}\n", "figure", "Consort", "unit", "raw", "ratio", "asked", "");
   for (const Figure& figure : figures) {
-    text += fmt::format("{:<42}{:>12}  {:<10}{:>12}{:>9}  {:<14}{}\n", figure.name, detail::number(figure.value, "failed"), figure.unit,
+    text += fmt::format("{:<48}{:>12}  {:<10}{:>12}{:>9}  {:<14}{}\n", figure.name, detail::number(figure.value, "failed"), figure.unit,
                         detail::number(figure.raw, "-"), detail::number(figure.ratio(), "-"), detail::aim_text(figure),
                         detail::verdict(figure));
   }

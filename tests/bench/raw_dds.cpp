@@ -1,7 +1,8 @@
 /// A ring or complete graph straight on libddsc: what DDS alone can do on this machine. The step runs in on_data_available; one reader per
 /// process, one writer per agent that is heard elsewhere, a partition per agent; best effort, with the last two rounds repeated after a
-/// stall.
+/// stall. Or rounds by the clock, where nobody is waited for.
 
+#include "tests/bench/paced.hpp"
 #include "tests/bench/swarm.hpp"
 
 #include <dds/dds.h>
@@ -13,6 +14,7 @@
 
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <set>
 
 #include "message.h"
@@ -68,6 +70,7 @@ class Process {
         process_(process),
         agents_(options.shape, options.agents, options.first(process), options.count(process)) {
     for (std::size_t i = 0; i < buffers_.size(); ++i) pointers_[i] = &buffers_[i];
+    if (options.rate > 0.0) paced_.emplace(options.shape, options.agents, process);
     find_neighbours();
     create_entities(port_base, tag);
   }
@@ -79,6 +82,14 @@ class Process {
     }
     swarm_.say_ready(process_);
     swarm_.wait_go();
+    if (paced_)
+      run_paced();
+    else
+      run_lockstep();
+  }
+
+ private:
+  void run_lockstep() {
     {
       const std::lock_guard lock(mutex_);
       agents_.start(publish());
@@ -93,7 +104,30 @@ class Process {
     }
   }
 
- private:
+  void run_paced() {
+    {
+      const std::lock_guard lock(mutex_);
+      started_ = true;
+    }
+    Slot& slot = swarm_.slot(process_);
+    Beats beats(slot.start, 1.0 / options_.rate, options_.rounds());
+    beats.run([this](std::uint32_t k) {
+      const std::lock_guard lock(mutex_);
+      paced_->beat(k, options_.rounds(), [this](const Message& message) { publish()(0, message); });
+    });
+    slot.jitter_p50 = beats.jitter(0.5);
+    slot.jitter_p99 = beats.jitter(0.99);
+    slot.jitter_max = beats.jitter(1.0);
+    slot.left_out = beats.left_out();
+    {
+      const std::lock_guard lock(mutex_);
+      slot.in_time = paced_->in_time();
+    }
+    swarm_.say_over();
+    while (!swarm_.stopped(1000)) {
+    }
+  }
+
   void find_neighbours() {
     for (std::size_t i = 0; i < agents_.size(); ++i) {
       const std::uint32_t id = options_.first(process_) + static_cast<std::uint32_t>(i);
@@ -194,17 +228,25 @@ class Process {
     do {
       count = expect(dds_take(reader_, pointers_.data(), infos_.data(), kBatch, kBatch), "take");
       for (dds_return_t i = 0; i < count; ++i)
-        if (infos_[static_cast<std::size_t>(i)].valid_data) agents_.receive(buffers_[static_cast<std::size_t>(i)], publish());
+        if (infos_[static_cast<std::size_t>(i)].valid_data) receive(buffers_[static_cast<std::size_t>(i)]);
     } while (count == static_cast<dds_return_t>(kBatch));
     Slot& slot = swarm_.slot(process_);
     slot.rounds.store(agents_.rounds(), std::memory_order_relaxed);
-    slot.delivered.store(agents_.delivered(), std::memory_order_relaxed);
+    slot.delivered.store(paced_ ? paced_->arrived() : agents_.delivered(), std::memory_order_relaxed);
+  }
+
+  void receive(const Message& message) {
+    if (paced_)
+      paced_->receive(message);
+    else
+      agents_.receive(message, publish());
   }
 
   Swarm& swarm_;
   const Options& options_;
   std::uint32_t process_;
   Agents agents_;
+  std::optional<PacedAgent> paced_;  // instead of them, where the clock paces the rounds
   std::set<std::uint32_t> heard_, neighbour_processes_;
   std::size_t writers_wanted_ = 0, readers_wanted_ = 0, writers_met_ = 0, readers_met_ = 0;
   std::mutex mutex_;
@@ -223,13 +265,20 @@ class Process {
 int main(int argc, char** argv) {
   using namespace consort::bench;
   CLI::App app{
-      "Lockstep rounds straight on libddsc, on loopback; prints one JSON object.\nExample: raw_dds ring 100 --agents-per-process 50"};
+      "Lockstep rounds, or rounds by the clock, straight on libddsc, on loopback; prints one JSON object.\n"
+      "Examples: raw_dds ring 100 --agents-per-process 50; raw_dds ring 100 --rate 100"};
   Options options;
   add_options(app, options);
   app.add_flag("--multicast", options.multicast,
                "multicast discovery and data (right for the complete graph) instead of neighbours and unicast");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of about a hundred processes that all meet");
+  app.add_option("--rate", options.rate, "rounds per second by the clock, where nobody is waited for; one agent per process")
+      ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
+  if (options.rate > 0.0 && options.agents_per_process != 1) {
+    std::fprintf(stderr, "raw_dds: --rate: allowed: one agent per process\n");
+    return 2;
+  }
   const unsigned port_base = options.multicast ? 0 : free_port_base(options.processes());
   const std::string tag = "raw-" + std::to_string(getpid());
   Swarm swarm(options);

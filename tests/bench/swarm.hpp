@@ -31,8 +31,10 @@ struct Options {
   Shape shape = Shape::ring;
   std::uint32_t agents = 10, agents_per_process = 1;
   double seconds = 2.0, warm_up_seconds = 0.3, give_up_seconds = 120.0;
+  double rate = 0.0;  ///< rounds per second, by the clock; 0: in lockstep
   bool multicast = false, tuned = false;
 
+  std::uint32_t rounds() const { return static_cast<std::uint32_t>(seconds * rate + 0.5); }
   std::uint32_t processes() const { return (agents + agents_per_process - 1) / agents_per_process; }
   std::uint32_t first(std::uint32_t process) const { return process * agents_per_process; }
   std::uint32_t count(std::uint32_t process) const { return std::min(agents_per_process, agents - first(process)); }
@@ -55,6 +57,9 @@ inline void add_options(CLI::App& app, Options& options) {
 struct alignas(64) Slot {
   std::atomic<std::uint64_t> rounds{0}, delivered{0};
   std::atomic<std::uint32_t> ready{0}, port{0};
+  // Rounds by the clock: when round 0 begins (CLOCK_MONOTONIC, s; written by the parent), and in the end how time was kept.
+  std::atomic<double> start{0.0}, jitter_p50{0.0}, jitter_p99{0.0}, jitter_max{0.0};
+  std::atomic<std::uint64_t> in_time{0}, left_out{0};
 };
 
 /// What the processes share. Made before the fork; waiting is done on pipes, so that a parent that dies ends its children.
@@ -76,6 +81,10 @@ class Swarm {
     slots_[process].ready = 1;
     if (write(said_[1], "r", 1) != 1) std::_Exit(1);
   }
+  /// Tells the parent that the last round by the clock is over.
+  void say_over() {
+    if (write(said_[1], "o", 1) != 1) std::_Exit(1);
+  }
   /// Returns when everybody is ready.
   void wait_go() {
     char byte;
@@ -94,19 +103,12 @@ class Swarm {
     const double begin = now();
     for (std::uint32_t p = 0; p < options_.processes(); ++p) children_.push_back(spawn(p, child));
     close_ends();
-    const bool up = wait_ready(begin);
+    const bool up = wait_all(options_.give_up_seconds);
     const double startup = now() - begin;
-    if (up) {
-      close(go_[1]);
-      pause(options_.warm_up_seconds);
-      const Reading from = read_slots();
-      pause(options_.seconds);
-      const Reading to = read_slots();
-      print(from, to, startup);
-    }
-    end_children();
     if (!up) std::fprintf(stderr, "only some of %u processes were ready after %.1f s\n", options_.processes(), startup);
-    return up ? 0 : 1;
+    const bool measured = up && (options_.rate > 0.0 ? measure_paced(startup) : measure(startup));
+    end_children();
+    return measured ? 0 : 1;
   }
 
  private:
@@ -141,11 +143,34 @@ class Swarm {
     close(said_[1]);
   }
 
-  bool wait_ready(double begin) {
+  bool measure(double startup) {
+    close(go_[1]);
+    pause(options_.warm_up_seconds);
+    const Reading from = read_slots();
+    pause(options_.seconds);
+    print(from, read_slots(), startup);
+    return true;
+  }
+
+  /// Every round is measured, the first included: the clock does not need to warm up.
+  bool measure_paced(double startup) {
+    constexpr double kUntilStart = 0.1;  // s: time to get everybody to the first instant
+    const double start = now() + kUntilStart;
+    for (std::uint32_t p = 0; p < options_.processes(); ++p) slots_[p].start = start;
+    close(go_[1]);
+    const Reading from = read_slots();
+    const bool over = wait_all(options_.seconds + options_.give_up_seconds);
+    if (over) print_paced(from, read_slots(), startup);
+    return over;
+  }
+
+  /// Until every child has said something, once.
+  bool wait_all(double limit_seconds) {
+    const double begin = now();
     std::size_t ready = 0;
     std::vector<char> bytes(children_.size());
     while (ready < children_.size()) {
-      const double left = options_.give_up_seconds - (now() - begin);
+      const double left = limit_seconds - (now() - begin);
       pollfd descriptor{said_[0], POLLIN, 0};
       if (left <= 0 || poll(&descriptor, 1, static_cast<int>(left * 1e3) + 1) <= 0) return false;
       const ssize_t got = read(said_[0], bytes.data(), bytes.size());
@@ -191,6 +216,24 @@ class Swarm {
         "{\"rounds_per_second\": %.1f, \"cpu_us_per_message\": %.3f, \"messages\": %.0f, \"startup_seconds\": %.4f, "
         "\"pss_mb_per_process\": %.3f}\n",
         rounds / (to.time - from.time), messages > 0 ? 1e6 * (to.cpu - from.cpu) / messages : 0.0, messages, startup, memory());
+  }
+
+  /// Jitter is that of the process where it is largest.
+  void print_paced(const Reading& from, const Reading& to, double startup) const {
+    std::uint64_t in_time = 0, left_out = 0;
+    double p50 = 0.0, p99 = 0.0, largest = 0.0;
+    for (std::uint32_t p = 0; p < options_.processes(); ++p) {
+      in_time += slots_[p].in_time;
+      left_out += slots_[p].left_out;
+      p50 = std::max(p50, slots_[p].jitter_p50.load());
+      p99 = std::max(p99, slots_[p].jitter_p99.load());
+      largest = std::max(largest, slots_[p].jitter_max.load());
+    }
+    std::printf(
+        "{\"rounds\": %u, \"messages_in_time\": %.0f, \"messages\": %.0f, \"rounds_left_out\": %.0f, \"jitter_p50\": %.9f, "
+        "\"jitter_p99\": %.9f, \"jitter_max\": %.9f, \"cpu_seconds\": %.4f, \"startup_seconds\": %.4f}\n",
+        options_.rounds(), static_cast<double>(in_time), static_cast<double>(to.delivered - from.delivered), static_cast<double>(left_out),
+        p50, p99, largest, to.cpu - from.cpu, startup);
   }
 
   void end_children() {
