@@ -76,10 +76,11 @@ format:
 format-check: setup
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
-# clang-tidy reads the compile commands and the headers generated from the IDL, so the wire comes first.
-tidy: setup configure
-	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort_wire
-	@git ls-files '*.cpp' ':!tests' | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p $(BUILD) 2>/dev/null
+# clang-tidy reads the compile commands, without GCC's precompiled headers, and the headers generated from the IDL.
+tidy: setup
+	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null
+	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate
+	@git ls-files '*.cpp' ':!tests' | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
 
 cppcheck: setup
 	@cppcheck --quiet --error-exitcode=1 --std=c++20 --language=c++ -j $(JOBS) --enable=warning,performance,portability \

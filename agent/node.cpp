@@ -73,6 +73,7 @@ void Node::start_clock(const wire::Grant& grant) {
   Round first = run.rounds;
   for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
   const auto call = [this](std::size_t phase, Round k) { beat(phase, k); };
+  events_before_ = reader_events();
   if (run.plant)
     pacer_.emplace(grant.start_ns, run.dt, first, run.rounds - 1, std::vector{run.dt / 3.0, 2.0 * run.dt / 3.0}, call);
   else
@@ -473,6 +474,12 @@ void Node::send_reports(Lock& lock, bool last) {
   lock.lock();
 }
 
+wire::ReaderEvents Node::reader_events() const {
+  wire::ReaderEvents events;
+  for (const wire::InformationReader& reader : information_readers_) events = events + reader.events();
+  return measurements_ ? events + measurements_->events() : events;
+}
+
 Performance Node::performance() const {
   Performance performance = usage(options_.agents.front().value);
   if (pacer_) pacer_->tell(performance);
@@ -480,9 +487,7 @@ Performance Node::performance() const {
   performance.sent_again_bytes = presence_.sent_again_bytes() + layouts_.sent_again_bytes() + telemetry_.sent_again_bytes();
   for (const auto& [agent, writer] : information_) performance.sent_again_bytes += writer.sent_again_bytes();
   if (actuations_) performance.sent_again_bytes += actuations_->sent_again_bytes();
-  wire::ReaderEvents events;
-  for (const wire::InformationReader& reader : information_readers_) events += reader.events();
-  if (measurements_) events += measurements_->events();
+  const wire::ReaderEvents events = reader_events() - events_before_;
   performance.dds_deadlines_missed = events.deadlines_missed;
   performance.liveliness_lost = events.liveliness_lost;
   return performance;

@@ -53,6 +53,7 @@ class Node : public RunMember {
   void start_clock(const wire::Grant& grant);
   void beat(std::size_t phase, Round k);
   [[nodiscard]] Performance performance() const;
+  [[nodiscard]] wire::ReaderEvents reader_events() const;
   void greet();
   [[nodiscard]] bool may_greet() const;
   [[nodiscard]] bool greeting_needed() const;
@@ -96,7 +97,8 @@ class Node : public RunMember {
   wire::Reader<wire::Assignment> assignments_;
   wire::Reader<wire::Grant> grants_;
   wire::Reader<wire::Command> commands_;
-  std::optional<Pacer> pacer_;  // destroyed first, and never under the lock: it calls back
+  wire::ReaderEvents events_before_;  // before the clock started: nothing was due then
+  std::optional<Pacer> pacer_;        // destroyed first, and never under the lock: it calls back
 };
 
 }  // namespace consort

@@ -60,11 +60,27 @@ void Realtime::deliver(Member& member, std::uint32_t index, AgentId from, Round 
   const std::uint64_t bit = std::uint64_t{1} << age;
   if ((incoming.missing & bit) != 0) {
     incoming.missing &= ~bit;
-    ++incoming.counters.late;
     --incoming.counters.lost;
+    if (age + 1 < lifespan_) {
+      ++incoming.counters.received;
+      incoming.came |= bit;
+      keep_late(member, incoming, from, round, payload);
+    } else {
+      ++incoming.counters.late;
+    }
   } else if ((incoming.came & bit) != 0) {
     ++incoming.counters.duplicated;
   }
+}
+
+/// Its round is over, but it lives: it is used in the next one, if nothing newer comes.
+void Realtime::keep_late(Member& member, Incoming& incoming, AgentId from, Round round, std::span<const double> payload) const {
+  const auto received = member.mailbox.take_late({from, incoming.weight}, round, payload);
+  if (!received || incoming.used_in > round) return;
+  incoming.payload.assign(received->payload.begin(), received->payload.end());
+  incoming.used = *received;
+  incoming.used.payload = incoming.payload;
+  incoming.used_in = round + 1;
 }
 
 /// Rounds that a member has missed go by without a change.
@@ -115,6 +131,7 @@ void Realtime::note_round(Member& member, Extra& extra, Round k) const {
   for (const Neighbour& neighbour : member.in_neighbours) {
     Incoming& incoming = extra.incoming[slot_of(member, neighbour.id)];
     ++incoming.counters.sent;
+    incoming.weight = neighbour.weight;
     if (member.mailbox.heard(neighbour.id, k)) {
       ++incoming.counters.received;
       incoming.came |= 1;

@@ -8,7 +8,8 @@ namespace consort {
 
 class Realtime : public Lockstep {
  public:
-  /// As Lockstep. A message may be used for run.delivery.lifespan: in its own round, and then as long as there is no newer one.
+  /// As Lockstep. A message may be used for run.delivery.lifespan: in its own round, or in the next one after it has come, and then as
+  /// long as there is no newer one.
   Realtime(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
 
   /// The grant's segments are all that hold from now on.
@@ -36,6 +37,7 @@ class Realtime : public Lockstep {
     std::vector<double> payload;  // of the message used last, and
     Received used;                // what was said of it
     Round used_in = 0;            // plus one: the round it was due in; 0: none yet
+    double weight = 1.0;          // of the edge, when it was there last
   };
   struct Extra {
     std::vector<Incoming> incoming;  // by sender, as the mailbox lists them
@@ -48,6 +50,7 @@ class Realtime : public Lockstep {
   };
 
   void deliver(Member& member, std::uint32_t index, AgentId from, Round round, std::span<const double> payload) override;
+  void keep_late(Member& member, Incoming& incoming, AgentId from, Round round, std::span<const double> payload) const;
   [[nodiscard]] static std::size_t slot_of(const Member& member, AgentId from);
   void catch_up(std::size_t index, Round k);
   void note_round(Member& member, Extra& extra, Round k) const;

@@ -90,6 +90,19 @@ Inbox Mailbox::take(Round k, std::span<const Neighbour> in_neighbours) {
   });
 }
 
+std::optional<Received> Mailbox::take_late(const Neighbour& from, Round sent, std::span<const double> payload) {
+  const std::uint32_t slot = slot_of(from.id);
+  check(slot != kUnknown && payload.size() == size_ && sent < next_, "Mailbox::take_late: a message of a sender, whose round is over");
+  inbox_.clear();
+  if (lines_.empty())
+    inbox_.push_back({from.id, sent, from.weight, payload});
+  else
+    cross(sent, from, slot, payload);
+  if (inbox_.empty()) return std::nullopt;
+  ++counters_[slot].delivered;
+  return inbox_.front();
+}
+
 void Mailbox::cross(Round k, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload) {
   const Link& link = lines_[slot].at(k);
   if (link.lost(k, distances_.empty() ? 0.0 : distances_[slot])) {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -64,6 +65,10 @@ class Mailbox {
   /// then decide. Returns what is due in round k. Messages of round k from others are discarded.
   Inbox take(Round k, std::span<const Neighbour> in_neighbours);
 
+  /// A message whose round has been taken without it, but which may still be used: the link decides on it as ever. What it hands on at
+  /// once is returned (valid until the next call of a non-const function), what it delays will be due.
+  std::optional<Received> take_late(const Neighbour& from, Round sent, std::span<const double> payload);
+
   /// Rounds before k are over without having been taken.
   void skip(Round k) { next_ = std::max(next_, k); }
 
@@ -103,6 +108,7 @@ class Mailbox {
     bool at_once = false;      // the message of the round being closed was not late
     InFlight in_flight;
     const Link& at(Round k) {
+      while (now > 0 && links[now].first > k) --now;  // a late message
       while (now + 1 < links.size() && links[now + 1].first <= k) ++now;
       return links[now].second;
     }

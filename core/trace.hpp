@@ -58,9 +58,9 @@ struct LinkTotals {
 /// received first.
 struct NetworkCounters {
   std::uint64_t sent = 0;        ///< rounds in which the receiver had the sender as an in-neighbour
-  std::uint64_t received = 0;    ///< in time
+  std::uint64_t received = 0;    ///< while it could be used
   std::uint64_t lost = 0;        ///< never came
-  std::uint64_t late = 0;        ///< came when the round was over
+  std::uint64_t late = 0;        ///< came when it could not be used any more
   std::uint64_t duplicated = 0;  ///< came again
   std::uint64_t reordered = 0;   ///< came after a later one
   auto operator<=>(const NetworkCounters&) const = default;

@@ -93,6 +93,7 @@ class Pacer {
   }
 
   void run(Round k) {
+    prctl(PR_SET_NAME, "pacer");
     prctl(PR_SET_TIMERSLACK, 1UL);  // ns, instead of 50 us
     for (; k <= last_; k = next_after(k)) {
       for (std::size_t phase = 0; phase < phases_.size(); ++phase) {

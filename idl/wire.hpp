@@ -158,8 +158,8 @@ struct Telemetry {
   std::vector<LinkReport> links;
   std::vector<Refusal> refusals = {};  ///< since the telemetry before
   Round round = 0;                     ///< of its slowest agent
-  std::vector<NetworkTotals> network;
-  Performance performance;  ///< `process` is above
+  std::vector<NetworkTotals> network = {};
+  Performance performance = {};  ///< `process` is above
 };
 
 /// Writes one topic with the QoS that topic has. T: Assignment, PlantAssignment, Grant, Command, Layouts, Presence, Telemetry.
@@ -262,10 +262,11 @@ class InformationWriter {
 /// What DDS told a reader in real time.
 struct ReaderEvents {
   std::uint64_t deadlines_missed = 0, liveliness_lost = 0;
-  ReaderEvents& operator+=(const ReaderEvents& other) {
-    deadlines_missed += other.deadlines_missed;
-    liveliness_lost += other.liveliness_lost;
-    return *this;
+  ReaderEvents operator+(const ReaderEvents& other) const {
+    return {deadlines_missed + other.deadlines_missed, liveliness_lost + other.liveliness_lost};
+  }
+  ReaderEvents operator-(const ReaderEvents& other) const {
+    return {deadlines_missed - other.deadlines_missed, liveliness_lost - other.liveliness_lost};
   }
 };
 

@@ -45,6 +45,7 @@ void PlantNode::on_grant(wire::Grant&& grant) {
     if (!rounds_ || grant.epoch != epoch_ || finish_) return;
     granted_until_ = std::max(granted_until_, grant.until);
     if (delivery_) {
+      if (!pacer_ && actuations_) events_before_ = actuations_->events();
       if (!pacer_) pacer_.emplace(grant.start_ns, dt_, 0, last_round_, std::vector{0.0}, [this](std::size_t, Round k) { beat(k); });
       return;
     }
@@ -251,8 +252,9 @@ Performance PlantNode::performance() const {
   performance.sent_again_bytes = presence_.sent_again_bytes() + telemetry_.sent_again_bytes();
   for (const auto& [process, writer] : measurements_) performance.sent_again_bytes += writer.sent_again_bytes();
   if (actuations_) {
-    performance.dds_deadlines_missed = actuations_->events().deadlines_missed;
-    performance.liveliness_lost = actuations_->events().liveliness_lost;
+    const wire::ReaderEvents events = actuations_->events() - events_before_;
+    performance.dds_deadlines_missed = events.deadlines_missed;
+    performance.liveliness_lost = events.liveliness_lost;
   }
   return performance;
 }

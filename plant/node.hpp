@@ -68,7 +68,8 @@ class PlantNode : public RunMember {
   wire::Reader<wire::PlantAssignment> assignments_;
   wire::Reader<wire::Grant> grants_;
   wire::Reader<wire::Command> commands_;
-  std::optional<Pacer> pacer_;  // destroyed first, and never under the lock: it calls back
+  wire::ReaderEvents events_before_;  // before the clock started: nothing was due then
+  std::optional<Pacer> pacer_;        // destroyed first, and never under the lock: it calls back
 };
 
 }  // namespace consort

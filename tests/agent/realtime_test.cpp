@@ -74,6 +74,29 @@ TEST(Realtime, AMessageIsUsedWhileItLivesAndNoNewerOneIsThere) {
   EXPECT_EQ(agent.after(3), 3.0);
 }
 
+TEST(Realtime, AMessageThatComesAfterItsRoundIsUsedWhileItLives) {
+  Listener agent(1.0);  // two rounds
+  EXPECT_EQ(agent.after(0), 0.0);
+  agent.hear(0, 8.0);
+  EXPECT_EQ(agent.counters(), (NetworkCounters{1, 1, 0, 0, 0, 0}));
+  EXPECT_EQ(agent.after(1), 4.0) << "that of round 0, one round late";
+  EXPECT_EQ(agent.after(2), 4.0) << "and no longer";
+  agent.hear(1, 8.0);
+  agent.hear(3, 0.0);
+  EXPECT_EQ(agent.after(3), 2.0) << "the newer one counts";
+  EXPECT_EQ(agent.after(4), 1.0) << "as long as it lives";
+  EXPECT_EQ(agent.counters().late, 1u) << "that of round 1 came when its life was over";
+}
+
+TEST(Realtime, AnOlderMessageThatComesLateDoesNotReplaceTheOneUsedLast) {
+  Listener agent(1.5);  // three rounds
+  agent.after(0);
+  agent.hear(1, 8.0);
+  EXPECT_EQ(agent.after(1), 4.0);
+  agent.hear(0, 0.0);
+  EXPECT_EQ(agent.after(2), 6.0);
+}
+
 TEST(Realtime, WhatIsLateDuplicatedOrReorderedIsCountedOnce) {
   Listener agent(0.5);
   agent.hear(1, 1.0);

@@ -69,6 +69,33 @@ TEST(Mailbox, KeepsTheFirstOfADuplicate) {
   EXPECT_EQ(box.take(0, from({1}))[0].payload[0], 10.0);
 }
 
+TEST(Mailbox, TheLinkDecidesOnALateMessageAsOnAnyOther) {
+  LinkSpec lossy, slow;
+  lossy.loss_probability = 1.0;
+  slow.delay_rounds = 3;
+  LinkModel links;
+  links.overrides[edge(2, 3)] = lossy;
+  links.overrides[edge(5, 3)] = slow;
+  Mailbox box = mailbox(links);
+  (void)box.take(0, {});
+  (void)box.take(1, {});
+  const std::array<double, 2> payload{7.0, -7.0};
+  const auto at_once = box.take_late({AgentId{1}, 0.5}, 0, payload);
+  ASSERT_TRUE(at_once.has_value());
+  EXPECT_EQ(at_once->sent, 0U);
+  EXPECT_EQ(at_once->weight, 0.5);
+  EXPECT_EQ(at_once->payload[1], -7.0);
+  EXPECT_FALSE(box.take_late({AgentId{2}, 1.0}, 0, payload));
+  EXPECT_EQ(box.counters(AgentId{2}).lost, 1U);
+  EXPECT_FALSE(box.take_late({AgentId{5}, 1.0}, 0, payload));
+  EXPECT_TRUE(box.take(2, {}).empty());
+  const Inbox due = box.take(3, {});
+  ASSERT_EQ(due.size(), 1U);
+  EXPECT_EQ(due[0].from, AgentId{5});
+  EXPECT_EQ(due[0].sent, 0U);
+  EXPECT_EQ(box.counters().delivered, 2U);
+}
+
 TEST(Mailbox, KnowsWhomItHasHeard) {
   Mailbox box = mailbox();
   const auto neighbours = from({1, 2, 5});
