@@ -132,20 +132,28 @@ TEST_F(Statuses, NameThePolicyThatKeepsEndpointsApart) {
 }
 
 TEST_F(Statuses, SurviveTheMoveOfTheReferenceTheyBelongTo) {
-  Notice heard;
+  Notice heard, matched;
   DataReader<ping_Ball>::Listener listener;
   listener.on_data_available = [&](DataReader<ping_Ball>& reader) {
     ping_Ball ball{};
     if (reader.take_into(ball)) heard.give();
   };
+  listener.on_subscription_matched = [&](auto&, const auto&) { matched.give(); };
   DataReader<ping_Ball> reader(Subscriber(there.participant), in, lossless_reader(), listener);
   std::vector<DataReader<ping_Ball>> kept;
   kept.push_back(std::move(reader));
   DataWriter<ping_Ball> writer(Publisher(here.participant), out, lossless_writer());
-  ASSERT_TRUE(matches(kept[0], 1));
+  ASSERT_TRUE(matched.arrives());
   ASSERT_TRUE(matches(writer, 1));
   writer.write({1, 0.0});
   EXPECT_TRUE(heard.arrives());
+}
+
+TEST_F(Statuses, OfAReaderWhoseListenerTakesHaveNoCondition) {
+  DataReader<ping_Ball>::Listener listener;
+  listener.on_data_available = [](DataReader<ping_Ball>& reader) { (void)reader.take(); };
+  const DataReader<ping_Ball> reader(Subscriber(there.participant), in, {}, listener);
+  EXPECT_THROW(dds::core::cond::StatusCondition{reader}, dds::core::PreconditionNotMetError) << "it could wait for the listener for ever";
 }
 
 TEST_F(Statuses, StopComingOnceAReaderIsClosedInTheMiddleOfThem) {

@@ -292,14 +292,11 @@ struct EntityState {
     handle = 0;
   }
 
-  /// Statuses nobody handles are switched off: a waitset would stay triggered by them for ever.
-  void apply_mask() { expect(dds_set_status_mask(handle, listened | conditioned), "set status mask of ", name); }
-
   std::atomic<dds_entity_t> handle{0};  ///< a listener may run, on the receive thread, before the creating call has returned
   std::atomic<bool> closed{false};
   std::string name;  ///< for error texts: a topic's name for topics and endpoints
   std::shared_ptr<EntityState> parent, topic;
-  std::uint32_t listened = 0, conditioned = 0;  ///< statuses with a listener, with a StatusCondition
+  std::uint32_t listened = 0, conditioned = 0;  ///< statuses with a listener; those of its StatusCondition
 };
 
 /// Reference to any DDS entity. Copies share the entity.

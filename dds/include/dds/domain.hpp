@@ -50,7 +50,6 @@ class DomainParticipant : public core::Entity {
   DomainParticipant(std::uint32_t id, const qos::DomainParticipantQos& qos, std::shared_ptr<core::EntityState> domain)
       : Entity(std::make_shared<core::EntityState>("participant in domain " + std::to_string(id), std::move(domain))) {
     state_->handle = core::expect(dds_create_participant(id, qos.get(), nullptr), "create ", state_->name);
-    state_->apply_mask();
   }
 };
 
@@ -108,7 +107,6 @@ class Discovered : public core::Entity {
   Discovered(const DomainParticipant& participant, dds_entity_t topic, const char* what)
       : Entity(std::make_shared<core::EntityState>(what, participant.state())) {
     state_->handle = core::expect(dds_create_reader(participant.handle(), topic, nullptr, nullptr), "create reader of ", state_->name);
-    state_->apply_mask();
   }
   /// Hands the newest data of an instance to `use`, if there is any.
   template <class Raw, class Use>
@@ -189,7 +187,6 @@ class Topic : public core::Entity {
     state_->handle =
         core::expect(dds_create_topic(participant.handle(), &topic_type_support<T>::descriptor(), name.c_str(), qos.get(), nullptr),
                      "create topic ", name);
-    state_->apply_mask();
   }
   const std::string& name() const { return state_->name; }
 };

@@ -15,7 +15,6 @@ class Publisher : public core::Entity {
   explicit Publisher(const domain::DomainParticipant& participant, const qos::PublisherQos& qos = {})
       : Entity(std::make_shared<core::EntityState>("publisher", participant.state())) {
     state_->handle = core::expect(dds_create_publisher(participant.handle(), qos.get(), nullptr), "create ", state_->name);
-    state_->apply_mask();
   }
 };
 
@@ -42,7 +41,6 @@ class DataWriter : public core::Entity {
     const ListenerPointer callbacks = own_state()->make_callbacks();
     state_->handle = core::expect(dds_create_writer(publisher.handle(), topic.handle(), qos.get(), callbacks.get()),
                                   "create writer of topic ", state_->name);
-    state_->apply_mask();
   }
 
   /// Throws TimeoutError when a reliable writer finds no room within max_blocking_time, else the exception of the return code.

@@ -15,7 +15,6 @@ class Subscriber : public core::Entity {
   explicit Subscriber(const domain::DomainParticipant& participant, const qos::SubscriberQos& qos = {})
       : Entity(std::make_shared<core::EntityState>("subscriber", participant.state())) {
     state_->handle = core::expect(dds_create_subscriber(participant.handle(), qos.get(), nullptr), "create ", state_->name);
-    state_->apply_mask();
   }
 };
 
@@ -176,7 +175,6 @@ class DataReader : public core::Entity {
     const ListenerPointer callbacks = own_state()->make_callbacks();
     state_->handle = core::expect(dds_create_reader(subscriber.handle(), topic.handle(), qos.get(), callbacks.get()),
                                   "create reader of topic ", state_->name);
-    state_->apply_mask();
   }
 
   /// Takes up to `max_samples` on loan. Call again until it comes back empty.
