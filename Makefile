@@ -26,6 +26,9 @@ help:
 setup:
 ifneq ($(SETUP),no)
 	@deploy/setup.sh
+ifneq ($(filter asan tsan,$(PRESET)),)
+	@deploy/setup.sh --list deploy/packages-clang.txt
+endif
 endif
 
 configure: $(BUILD)/build.ninja
@@ -61,7 +64,7 @@ bench: setup configure
 fuzz:
 ifneq ($(SETUP),no)
 	@deploy/setup.sh
-	@deploy/setup.sh --list deploy/packages-fuzz.txt
+	@deploy/setup.sh --list deploy/packages-clang.txt
 endif
 	@cmake --preset fuzz
 	@cmake --build --preset fuzz --parallel $(JOBS)

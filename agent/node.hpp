@@ -20,7 +20,7 @@ struct NodeOptions {
   bool launched = false;          ///< by an orchestrator on this host, whose death is noticed by other means than DDS
 };
 
-class Node : public RunMember {
+class Node final : public RunMember {
  public:
   Node(const wire::Participant& participant, NodeOptions options);
   ~Node();

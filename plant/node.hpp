@@ -13,7 +13,7 @@
 
 namespace consort {
 
-class PlantNode : public RunMember {
+class PlantNode final : public RunMember {
  public:
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
   PlantNode(const wire::Participant& participant, bool launched);

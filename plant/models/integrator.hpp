@@ -36,16 +36,16 @@ struct Integrator {
   }
 
  private:
-  static Vector start(const Values& initial, Eigen::Index order, Eigen::Index p) {
+  static Vector start(const Values& initial, Eigen::Index n, Eigen::Index p) {
     if (initial.has("x")) {
       if (initial.has("position") || initial.has("velocity"))
         throw ConfigError("initial 'x': it is the whole state; allowed: either x or position and velocity");
-      return initial_vector(initial, "x", order * p);
+      return initial_vector(initial, "x", n * p);
     }
-    if (order == 1 && initial.has("velocity")) throw ConfigError("initial 'velocity': a single integrator has none; allowed: position");
-    Vector x = Vector::Zero(order * p);
+    if (n == 1 && initial.has("velocity")) throw ConfigError("initial 'velocity': a single integrator has none; allowed: position");
+    Vector x = Vector::Zero(n * p);
     x.head(p) = initial_vector(initial, "position", p);
-    if (order > 1) x.segment(p, p) = initial_vector(initial, "velocity", p);
+    if (n > 1) x.segment(p, p) = initial_vector(initial, "velocity", p);
     return x;
   }
 };

@@ -86,7 +86,7 @@ class Beats {
     prctl(PR_SET_TIMERSLACK, 1UL);  // ns, instead of 50 us
     for (std::uint32_t k = 0; k <= last_; k = next_after(k)) {
       const double instant = start_ + k * dt_;
-      sleep_until(instant);
+      await_instant(instant);
       late_.push_back(std::max(0.0, now() - instant));
       beat(k);
     }
@@ -104,7 +104,7 @@ class Beats {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   }
 
-  static void sleep_until(double instant) {
+  static void await_instant(double instant) {
     const double whole = std::floor(instant);
     const timespec time{static_cast<time_t>(whole), static_cast<long>((instant - whole) * 1e9)};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &time, nullptr) == EINTR) {

@@ -1,6 +1,7 @@
 #include "core/mailbox.hpp"
 
 #include "tests/core/cases.hpp"
+#include "tests/support/sanitized.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@
 #include <map>
 
 // Counts heap allocations by standing in front of malloc; sanitizers bring their own.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef CONSORT_SANITIZED
 #define CONSORT_COUNTS_ALLOCATIONS
 namespace {
 std::atomic<std::uint64_t> allocations = 0;

@@ -77,7 +77,8 @@ transport: {loss: 0.1}
   NetworkCounters total;
   for (const auto& [edge, counters] : trace.network) {
     EXPECT_EQ(counters.sent, counters.received + counters.lost + counters.late);
-    const auto link = std::find_if(trace.links.begin(), trace.links.end(), [&](const LinkTotals& each) { return each.edge == edge; });
+    const auto link =
+        std::find_if(trace.links.begin(), trace.links.end(), [&edge = edge](const LinkTotals& each) { return each.edge == edge; });
     ASSERT_NE(link, trace.links.end());
     EXPECT_EQ(link->delivered + link->lost, counters.received) << "the link model decides on what has come";
     total.lost += counters.lost;

@@ -1,6 +1,7 @@
 #include "agent/protocol_adapter.hpp"
 #include "agent/registry.hpp"
 #include "core/errors.hpp"
+#include "tests/support/sanitized.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@
 #include <functional>
 
 // Counts heap allocations, Eigen's and the library's, by standing in front of malloc; sanitizers bring their own.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef CONSORT_SANITIZED
 #define CONSORT_COUNTS_ALLOCATIONS
 namespace {
 std::atomic<std::size_t> allocations = 0;
