@@ -32,6 +32,18 @@ TEST(Observer, TheShippedLeaveEqualsItsSimulation) {
   EXPECT_TRUE(is_absent(outcome.at(0).trace.final_estimate(AgentId{1})[2])) << "agent 2 is forgotten";
 }
 
+TEST(SensorNetworkObserver, WithAJoinAndALeaveEqualsItsSimulation) {
+  Experiment experiment = shipped("beam");
+  experiment.rounds = 600;
+  experiment.presence[AgentId{6}] = {200, Attendance{}.until, {}};
+  experiment.presence[AgentId{5}] = {0, 400, {}};
+  const auto outcome = run_over_dds(experiment);
+  expect_same_traces(outcome, run_in_simulation(experiment));
+  EXPECT_TRUE(is_absent(outcome.at(0).trace.at(0, AgentId{6})[0]));
+  EXPECT_FALSE(is_absent(outcome.at(0).trace.final_estimate(AgentId{6})[0])) << "it has joined";
+  EXPECT_TRUE(is_absent(outcome.at(0).trace.final_estimate(AgentId{5})[0])) << "it has left";
+}
+
 TEST(Localisation, WithAJoinAndALeaveEqualsItsSimulation) {
   Experiment experiment = parse_experiment(
       "experiment: t\nrounds: 600\ndt: 0.02\n"
