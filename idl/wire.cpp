@@ -149,6 +149,15 @@ void take(Gate& gate, const dds::sub::Sample<Wire>& sample, Use&& use) {
   }
 }
 
+/// Everything that is here; `use(value, writer)`.
+template <class Wire, class Use>
+void take_all(Gate& gate, dds::sub::DataReader<Wire>& source, Use&& use) {
+  for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
+    for (const auto& sample : samples)
+      take(gate, sample, [&](auto&& value) { use(std::forward<decltype(value)>(value), sample.info().publication_handle()); });
+  }
+}
+
 /// A reader's doorkeeper hears of every match.
 auto judge_writers(Gate& gate, std::function<void(std::size_t)> on_matched = {}) {
   return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::SubscriptionMatchedStatus& status) {
@@ -219,9 +228,7 @@ struct Reader<T>::Impl {
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
     dds::sub::DataReaderListener<Wire> result;
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
-      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) take(gate, sample, on_data);
-      }
+      take_all(gate, source, [&](auto&& value, Gate::Handle) { on_data(std::forward<decltype(value)>(value)); });
     };
     result.on_subscription_matched = judge_writers(gate, std::move(on_matched));
     return result;
@@ -267,13 +274,10 @@ struct PresenceReader::Impl {
                                               std::function<void(std::uint32_t, bool)> on_liveliness) {
     dds::sub::DataReaderListener<Wire> result;
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
-      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples)
-          take(gate, sample, [&](Presence&& presence) {
-            remember(sample.info().publication_handle(), presence.process);
-            on_data(std::move(presence));
-          });
-      }
+      take_all(gate, source, [&](Presence&& presence, Gate::Handle writer) {
+        remember(writer, presence.process);
+        on_data(std::move(presence));
+      });
     };
     result.on_liveliness_changed = [this, on_liveliness = std::move(on_liveliness)](auto&, const auto& status) {
       const auto process = process_of(status.last_publication_handle());
@@ -505,9 +509,7 @@ struct LoopReader<T>::Impl {
     dds::sub::DataReaderListener<Wire> result;
     if (realtime) events.listen(result);
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
-      for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
-        for (const auto& sample : samples) take(gate, sample, on_data);
-      }
+      take_all(gate, source, [&](auto&& value, Gate::Handle) { on_data(std::forward<decltype(value)>(value)); });
     };
     result.on_subscription_matched = judge_writers(gate);
     return result;
