@@ -139,6 +139,37 @@ struct UnbiasedInformation : private Estimator {
   }
 };
 
+/// Running sums of both in-neighbours, which grow from round to round.
+struct RobustInformation : private Estimator {
+  void round(const Given& given, const Wanted& wanted) {
+    const double share = 1.0 / (1.0 + static_cast<double>(given.neighbours.size()));
+    P_ *= share;
+    y_ *= share;
+    P_sum_ += P_;
+    y_sum_ += y_;
+    Eigen::Map<Mat>(wanted.message.data()) = P_sum_;
+    write(y_sum_, wanted.message.subspan(4));
+    Eigen::Map<Mat>(wanted.message.data() + 6) = P_;
+    write(y_, wanted.message.subspan(10));
+    wanted.message[12] = 0.0;
+    for (std::size_t j = 0; j < given.inbox.size(); ++j) {
+      const double* heard = given.inbox[j].payload.data();
+      P_ += mat(heard) - P_heard_[j];
+      y_ += vec(heard + 4) - y_heard_[j];
+      P_heard_[j] = mat(heard);
+      y_heard_[j] = vec(heard + 4);
+    }
+    x_ = inverse(P_) * y_;
+    tell(wanted);
+  }
+
+ private:
+  Vec y_ = x_, y_sum_ = Vec::Zero();
+  Mat P_sum_ = Mat::Zero();
+  std::array<Mat, 2> P_heard_{Mat::Zero(), Mat::Zero()};
+  std::array<Vec, 2> y_heard_{Vec::Zero(), Vec::Zero()};
+};
+
 struct ContinuousKalman : private Estimator {
   void round(const Given& given, const Wanted& wanted) {
     emit(wanted);
