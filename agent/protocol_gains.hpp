@@ -3,6 +3,7 @@
 /// linear quadratic control (Knotek, thesis, (4.26)-(4.28)).
 
 #include "agent/protocol.hpp"
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 #include "core/riccati.hpp"
 #include "core/value_doc.hpp"
@@ -66,11 +67,10 @@ inline ConsensusGains consensus_gains(std::string_view who, const Values& values
     throw ConfigError(place + ": it needs y = x, its whole state and nothing else (C the identity, sensing: own)");
   const Matrix Q = values.covariance("Q", A->rows(), 1.0), R = values.covariance("R", B->cols(), 1.0, true);
   const RiccatiSolution solution = continuous_riccati(*A, *B, Q, R);
-  const auto eigenvalues = [](const Matrix& symmetric) -> Vector { return symmetric.selfadjointView<Eigen::Lower>().eigenvalues(); };
-  const double largest_P = eigenvalues(solution.P).maxCoeff();
+  const double largest_P = symmetric_eigenvalues(solution.P).maxCoeff();
   // R = T T' with T lower triangular, so Gamma = (T'K)'(T'K).
   const Matrix T = R.llt().matrixL();
-  return {solution.K, T.transpose() * solution.K, solution.P, eigenvalues(Q).minCoeff() / largest_P, largest_P};
+  return {solution.K, T.transpose() * solution.K, solution.P, symmetric_eigenvalues(Q).minCoeff() / largest_P, largest_P};
 }
 
 }  // namespace consort

@@ -4,6 +4,7 @@
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_observer.hpp"
+#include "core/decompositions.hpp"
 #include "core/luenberger.hpp"
 
 namespace consort {
@@ -39,7 +40,7 @@ struct LuenbergerObserver {
   }
   static Params with(std::string_view who, ObservedPlant plant, const ObserverGains& gains, Seconds h) {
     const Matrix damped = Matrix::Identity(plant.A.rows(), plant.A.rows()) + h * gains.L * plant.C;
-    return {who, std::move(plant), damped.partialPivLu().solve(h * gains.L), gains.F};
+    return {who, std::move(plant), solve(damped, Matrix(h * gains.L)), gains.F};
   }
   static State init(const Params& p, const Setup& setup) {
     const Eigen::Index n = p.plant.A.rows();

@@ -1,8 +1,7 @@
 #include "core/beam.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <array>
 #include <cmath>
@@ -79,20 +78,18 @@ BeamMatrices assemble(const Beam& beam) {
 BeamModes bending_modes(const Beam& beam, Eigen::Index count) {
   const BeamMatrices m = assemble(beam);
   const Eigen::Index nodes = beam.elements - 1, n = 3 * nodes;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(m.stiffness, m.mass);  // phi' M phi = 1
-  if (solver.info() != Eigen::Success)
-    throw RunError("beam: the eigenvalues of the " + std::to_string(n) + " x " + std::to_string(n) + " model did not converge");
+  const auto [squares, modes] = symmetric_eigen(m.stiffness, m.mass, "the beam");  // of omega^2; phi' M phi = 1
   BeamModes out{Vector(count), Vector(count), Matrix(nodes, count), Matrix(nodes, count)};
   Eigen::Index found = 0;
   for (Eigen::Index j = 0; j < n && found < count; ++j) {
-    const Vector phi = solver.eigenvectors().col(j);
+    const Vector phi = modes.col(j);
     const Vector momentum = m.mass * phi;
     // Axial and bending degrees of freedom are not coupled: a mode is one or the other, so half its kinetic energy decides.
     const auto axial = every_third(0, nodes);
     if (phi(axial).dot(momentum(axial)) > 0.5) continue;
     const double sign = phi[1] < 0.0 ? -1.0 : 1.0;
-    out.omega[found] = std::sqrt(solver.eigenvalues()[j]);
-    out.damping[found] = beam.mass_damping + beam.stiffness_damping * solver.eigenvalues()[j];
+    out.omega[found] = std::sqrt(squares[j]);
+    out.damping[found] = beam.mass_damping + beam.stiffness_damping * squares[j];
     out.shapes.col(found) = sign * phi(every_third(1, nodes));
     out.momenta.col(found) = sign * momentum(every_third(1, nodes));
     ++found;
@@ -105,7 +102,7 @@ Vector axial_frequencies(const Beam& beam) {
   const BeamMatrices m = assemble(beam);
   const auto axial = every_third(0, beam.elements - 1);
   const Matrix stiffness = m.stiffness(axial, axial), mass = m.mass(axial, axial);
-  return Eigen::GeneralizedSelfAdjointEigenSolver<Matrix>(stiffness, mass, Eigen::EigenvaluesOnly).eigenvalues().cwiseSqrt();
+  return symmetric_eigen(stiffness, mass, "the beam's axial motion").values.cwiseSqrt();
 }
 
 Matrix modal_dynamics(const Vector& omega, const Vector& damping) {

@@ -1,5 +1,6 @@
 #include "core/metrics_observer.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/observer_case.hpp"
 
 #include <algorithm>

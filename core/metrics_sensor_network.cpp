@@ -2,11 +2,10 @@
 
 #include "core/beam_plant.hpp"
 #include "core/controllability.hpp"
+#include "core/decompositions.hpp"
 #include "core/observers.hpp"
 #include "core/riccati.hpp"
 #include "core/schur.hpp"
-
-#include <Eigen/SVD>
 
 #include <limits>
 
@@ -59,8 +58,6 @@ std::vector<Vector> flooded(std::vector<Vector> values, const Graph& graph) {
   }
   return values;
 }
-
-double norm2(const Matrix& a) { return a.size() == 0 ? 0.0 : Eigen::BDCSVD<Matrix>(a).singularValues()(0); }
 
 std::string name_of(const std::string& name, AgentId agent) { return name + "." + std::to_string(agent.value); }
 std::string component(const std::string& name, Eigen::Index c) { return name + "[" + std::to_string(c) + "]"; }
@@ -192,14 +189,14 @@ void gain_norm(const Experiment& experiment, Seed seed, const ProtocolChoice& ch
   const auto examined = final_network(experiment, seed, choice);
   if (!examined) return;
   for (std::size_t i = 0; i < examined->agents.size(); ++i)
-    out[name_of("gain_norm", examined->agents[i])] = norm2(examined->observers[i].G);
+    out[name_of("gain_norm", examined->agents[i])] = spectral_norm(examined->observers[i].G);
 }
 
 void consensus_norm(const Experiment& experiment, Seed seed, const ProtocolChoice& choice, const Trace&, Metrics& out) {
   const auto examined = final_network(experiment, seed, choice);
   if (!examined) return;
   for (std::size_t i = 0; i < examined->agents.size(); ++i)
-    out[name_of("consensus_norm", examined->agents[i])] = examined->agreed.gamma * norm2(examined->observers[i].M_inverse);
+    out[name_of("consensus_norm", examined->agents[i])] = examined->agreed.gamma * spectral_norm(examined->observers[i].M_inverse);
 }
 
 void error_abscissa(const Experiment& experiment, Seed seed, const ProtocolChoice& choice, const Trace&, Metrics& out) {

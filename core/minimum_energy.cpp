@@ -1,9 +1,8 @@
 #include "core/minimum_energy.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/shapes.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -78,7 +77,7 @@ Decay decay_of(const MinimumEnergyNetwork& network) {
   constexpr double kTimeConstants = 10.0;
   const Eigen::Index size = network.F.rows(), n = size / 2;
   // Eigenvalues on the space of deviations: without the one that is zero.
-  const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Matrix>(network.F, false).eigenvalues();
+  const Eigen::VectorXcd spectrum = eigenvalues(network.F);
   Eigen::Index zero = 0;
   spectrum.cwiseAbs().minCoeff(&zero);
   double slowest = std::numeric_limits<double>::infinity();
@@ -91,8 +90,7 @@ Decay decay_of(const MinimumEnergyNetwork& network) {
   const double h = kTimeConstants / decay.a / kSamples;
   const Matrix step = matrix_exponential(network.F, h) * std::exp(decay.a * h);
   for (int k = 0; k <= kSamples; ++k) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> squares(rest.transpose() * rest, Eigen::EigenvaluesOnly);
-    decay.b = std::max(decay.b, std::sqrt(squares.eigenvalues()[size - 1]));
+    decay.b = std::max(decay.b, spectral_norm(rest));
     rest = step * rest;
   }
   return decay;

@@ -1,10 +1,9 @@
 #include "core/observer.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/errors.hpp"
 #include "core/schur.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -156,12 +155,6 @@ Matrix unknown_input_matrix(const ObservedSystem& system) {
     column += B.cols();
   }
   return D;
-}
-
-double spectral_norm(const Matrix& value) {
-  if (value.size() == 0) return 0.0;
-  const Eigen::SelfAdjointEigenSolver<Matrix> squares(value.transpose() * value, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, squares.eigenvalues()[value.cols() - 1]));
 }
 
 std::optional<ErrorDecay> error_decay(const Matrix& R) {

@@ -79,9 +79,6 @@ std::optional<ErrorDecay> error_decay(const Matrix& R);
 /// What (19) promises at last: kappa |B| ubar / eta.
 double ultimate_bound(const ErrorDecay& decay, double input_norm, double ubar);
 
-/// Largest singular value.
-double spectral_norm(const Matrix& value);
-
 // Bounds of the smallest |lambda(S^(j))|, and the mu that follows for an agreed maximum of m agents.
 /// (14), undirected graph with binary weights: (lambda_2 / (lambda_2 + 1))^(m - 1) / m.
 double undirected_consensus_bound(const Graph& communication);

@@ -1,10 +1,9 @@
 #include "core/observers.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/riccati.hpp"
 #include "core/shapes.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -16,8 +15,8 @@ namespace {
 
 /// C with C'C = U.
 Matrix square_root(const Matrix& U) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(U);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+  const auto [values, vectors] = symmetric_eigen(U);
+  return values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();
 }
 
 }  // namespace
@@ -34,7 +33,7 @@ Sensor sensor(const Matrix& C, const Matrix& R) {
 Vector corrected_by(const Vector& u, const Matrix& U, const Matrix& P, const Vector& z, Seconds h) {
   const Eigen::Index n = z.size();
   const Vector news = h * (u - U * z);
-  return (Matrix::Identity(n, n) + h * P * U).partialPivLu().solve(P * news);
+  return solve(Matrix::Identity(n, n) + h * P * U, Vector(P * news));
 }
 
 Matrix coupling_step(const Matrix& F, double d, Seconds h) {
@@ -43,9 +42,9 @@ Matrix coupling_step(const Matrix& F, double d, Seconds h) {
 }
 
 Matrix coupling_step(const Matrix& P, double gamma, double d, Seconds h) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(P);
-  const auto along = solver.eigenvalues().unaryExpr([&](double lambda) { return -std::expm1(-gamma * lambda * d * h) / d; });
-  return solver.eigenvectors() * along.asDiagonal() * solver.eigenvectors().transpose();
+  const SymmetricEigen eigen = symmetric_eigen(P);
+  const auto along = eigen.values.unaryExpr([&](double lambda) { return -std::expm1(-gamma * lambda * d * h) / d; });
+  return eigen.vectors * along.asDiagonal() * eigen.vectors.transpose();
 }
 
 Matrix stationary_covariance(const Matrix& A, const Matrix& U, const Matrix& Q) {
@@ -84,7 +83,7 @@ Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q) {
   const Matrix I = Matrix::Identity(A.rows(), A.rows());
   Matrix P = I;
   for (int k = 0; k < kRounds; ++k) {
-    const Matrix M = (I + P * S).partialPivLu().solve(P);
+    const Matrix M = solve(I + P * S, P);
     const Matrix next = A * M * A.transpose() + Q;
     const double change = (next - P).norm();
     P = 0.5 * (next + next.transpose());
@@ -112,7 +111,7 @@ Matrix ObserverNetwork::sampled_error_matrix(const Graph& graph, Seconds h) cons
   for (Eigen::Index i = 0; i < N; ++i) {
     const auto agent = static_cast<std::size_t>(i);
     // I - (I + h K C)^-1 h K C = (I + h K C)^-1
-    E.block(i * n, i * n, n, n) = step * (I + h * injection[agent]).inverse();
+    E.block(i * n, i * n, n, n) = step * inverse(I + h * injection[agent]);
     if (L(i, i) == 0.0) continue;
     const Matrix S = step * coupling_step(coupling[agent], L(i, i), h);
     for (Eigen::Index j = 0; j < N; ++j) E.block(i * n, j * n, n, n) -= L(i, j) * S;

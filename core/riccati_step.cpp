@@ -1,5 +1,6 @@
 #include "core/riccati_step.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/shapes.hpp"
 
@@ -28,15 +29,14 @@ RiccatiStep::RiccatiStep(const Matrix& A, const Matrix& U, const Matrix& Q, Seco
   const double size = (hamiltonian * h).cwiseAbs().rowwise().sum().maxCoeff();
   const int doublings = size > 0.0 && std::isfinite(size) ? std::max(0, 2 + std::ilogb(size)) : 0;  // the short step has norm below 1/2
   const Matrix exponential = matrix_exponential(hamiltonian, std::ldexp(h, -doublings));
-  const Eigen::PartialPivLU<Matrix> first(exponential.topLeftCorner(n, n));
-  const Matrix inverse = first.inverse();
-  transition_ = inverse.transpose();
-  information_ = symmetric(inverse * exponential.topRightCorner(n, n)) / unit;
-  noise_ = symmetric(exponential.bottomLeftCorner(n, n) * inverse) * unit;
+  const Matrix first = inverse(exponential.topLeftCorner(n, n));
+  transition_ = first.transpose();
+  information_ = symmetric(first * exponential.topRightCorner(n, n)) / unit;
+  noise_ = symmetric(exponential.bottomLeftCorner(n, n) * first) * unit;
   const Matrix I = Matrix::Identity(n, n);
   for (int i = 0; i < doublings; ++i) {
     // The step applied to its own result.
-    const Matrix between = Eigen::PartialPivLU<Matrix>(I + noise_ * information_).inverse();  // (I + q s)^-1
+    const Matrix between = inverse(I + noise_ * information_);  // (I + q s)^-1
     const Matrix more_noise = transition_ * (between * noise_) * transition_.transpose();
     const Matrix more_information = transition_.transpose() * (information_ * between) * transition_;
     noise_ = symmetric(noise_ + more_noise);

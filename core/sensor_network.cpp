@@ -1,12 +1,11 @@
 #include "core/sensor_network.hpp"
 
 #include "core/controllability.hpp"
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 #include "core/riccati.hpp"
 #include "core/shapes.hpp"
 #include "core/spd.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +20,6 @@ namespace {
 using Indices = std::vector<Eigen::Index>;
 
 constexpr double kRounding = 1e-12;  // of ||A||: a growth below it is none
-
-Vector symmetric_eigenvalues(const Matrix& a) { return Eigen::SelfAdjointEigenSolver<Matrix>(a, Eigen::EigenvaluesOnly).eigenvalues(); }
 
 /// "3 (components 5, 6)", counted from 1.
 std::string group_text(const StateGroups& groups, std::size_t j) {
@@ -97,9 +94,9 @@ Matrix consensus_gain(const LocalObserver& observer, const StateGroups& groups, 
 }
 
 Matrix consensus_step(const Matrix& F, double d, Seconds h) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(F);
-  const Vector steps = solver.eigenvalues().unaryExpr([&](double f) { return -std::expm1(-f * d * h) / d; });
-  return solver.eigenvectors() * steps.asDiagonal() * solver.eigenvectors().transpose();
+  const SymmetricEigen eigen = symmetric_eigen(F);
+  const Vector steps = eigen.values.unaryExpr([&](double f) { return -std::expm1(-f * d * h) / d; });
+  return eigen.vectors * steps.asDiagonal() * eigen.vectors.transpose();
 }
 
 SensorTuning sensor_tuning(AgentId self, const Values& parameters, const Matrix& A, std::size_t groups, std::size_t agents) {

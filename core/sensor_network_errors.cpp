@@ -1,13 +1,12 @@
 #include "core/sensor_network_errors.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/errors.hpp"
 #include "core/lyapunov.hpp"
 #include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/sensor_network.hpp"
-
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <limits>
@@ -51,9 +50,7 @@ std::vector<char> ancestors(const Graph& graph, AgentId to) {
   return reached;
 }
 
-Vector symmetric_part_spectrum(const Matrix& a) {
-  return Eigen::SelfAdjointEigenSolver<Matrix>(a + a.transpose(), Eigen::EigenvaluesOnly).eigenvalues();
-}
+Vector symmetric_part_spectrum(const Matrix& a) { return symmetric_eigenvalues(a + a.transpose()); }
 
 [[noreturn]] void refuse_unstable(const std::string& what, const std::string& found) {
   throw ConfigError("the network of observers has no stationary covariance: " + what + " is " + found);
@@ -146,7 +143,7 @@ GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<
   if (!out.empty()) {
     // L(out, out) is L~ + G~, with what they hear of the leaders as pinning; theta = (L~ + G~)^-T 1                          (3.84)
     const Matrix pinned = L(out, out);
-    const Vector theta = pinned.transpose().partialPivLu().solve(Vector::Ones(pinned.rows()));
+    const Vector theta = solve(pinned.transpose(), Vector(Vector::Ones(pinned.rows())));
     bounds.followers = theta.maxCoeff() * growth / symmetric_part_spectrum(theta.asDiagonal() * pinned)[0];
   }
   return bounds;

@@ -1,5 +1,6 @@
 #include "core/shapes.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 
 #include <cmath>
@@ -52,7 +53,7 @@ Matrix require_symmetric(const Matrix& value, Eigen::Index n, std::string_view w
   Matrix symmetric = 0.5 * (value + value.transpose());
   if (definiteness == Definiteness::any) return symmetric;
   const bool strictly = definiteness == Definiteness::definite;
-  const double smallest = Eigen::SelfAdjointEigenSolver<Matrix>(symmetric, Eigen::EigenvaluesOnly).eigenvalues()(0);
+  const double smallest = symmetric_eigenvalues(symmetric)(0);
   // A singular matrix may come out with an eigenvalue of the size of the rounding error, on either side of zero.
   const double rounding = 1e-12 * scale * static_cast<double>(n);
   if (strictly ? smallest <= (n == 1 ? 0.0 : rounding) : smallest < -rounding)

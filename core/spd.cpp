@@ -1,5 +1,6 @@
 #include "core/spd.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 
 #include <cmath>
@@ -12,7 +13,7 @@ void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& va
   text << place.algorithm << ": agent " << place.agent.value << ", round " << place.k << ": matrix " << matrix << " (" << value.rows()
        << " x " << value.cols() << ") is not numerically positive definite";
   if (value.allFinite()) {
-    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Matrix>(value, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector eigenvalues = symmetric_eigenvalues(value);
     const double smallest = eigenvalues.minCoeff(), largest = eigenvalues.cwiseAbs().maxCoeff();
     text << ": eigenvalues in [" << smallest << ", " << eigenvalues.maxCoeff() << "], condition " << largest / std::abs(smallest);
   } else {

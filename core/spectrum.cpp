@@ -1,3 +1,4 @@
+#include "core/decompositions.hpp"
 #include "core/graph.hpp"
 
 #include <boost/graph/adjacency_list.hpp>
@@ -96,14 +97,9 @@ std::vector<std::complex<double>> laplacian_spectrum(const Graph& graph) {
   std::vector<std::complex<double>> spectrum;
   spectrum.reserve(graph.agents());
   if (undirected(graph)) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(l, Eigen::EigenvaluesOnly);
-    for (const double value : solver.eigenvalues()) spectrum.emplace_back(value, 0.0);
+    for (const double value : symmetric_eigenvalues(l)) spectrum.emplace_back(value, 0.0);
   } else {
-    const Eigen::EigenSolver<Matrix> solver(l, false);
-    if (solver.info() != Eigen::Success) {
-      throw RunError("eigenvalues of the Laplacian (" + std::to_string(graph.agents()) + " agents): the iteration did not converge");
-    }
-    for (const std::complex<double> value : solver.eigenvalues()) spectrum.push_back(value);
+    for (const std::complex<double> value : eigenvalues(l)) spectrum.push_back(value);
   }
   std::sort(spectrum.begin(), spectrum.end(),
             [](const auto& a, const auto& b) { return std::pair(a.real(), a.imag()) < std::pair(b.real(), b.imag()); });

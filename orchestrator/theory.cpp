@@ -1,5 +1,6 @@
 #include "orchestrator/theory.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/metrics.hpp"
 #include "orchestrator/survey.hpp"
 #include "orchestrator/theory_adaptive.hpp"
@@ -10,7 +11,6 @@
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -210,10 +210,10 @@ class Examination {
   // Y_i x_i, so both line up with the left Perron vector w of I + g: limit (sum w_i Y_i)^-1 sum w_i Y_i x_i.
   [[nodiscard]] Vector kalman_limit() const {
     const auto n = static_cast<Eigen::Index>(experiment_.agents);
-    const Eigen::EigenSolver<Matrix> solver((Matrix::Identity(n, n) + adjacency(graph())).transpose());
+    const auto [values, vectors] = eigen((Matrix::Identity(n, n) + adjacency(graph())).transpose());
     Eigen::Index largest = 0;
-    solver.eigenvalues().real().maxCoeff(&largest);
-    const Vector w = solver.eigenvectors().col(largest).real().cwiseAbs();
+    values.real().maxCoeff(&largest);
+    const Vector w = vectors.col(largest).real().cwiseAbs();
     Matrix information;
     Vector weighted;
     for (Eigen::Index i = 0; i < n; ++i) {

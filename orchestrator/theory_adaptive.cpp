@@ -3,6 +3,7 @@
 #include "agent/protocol_gains.hpp"
 #include "agent/protocol_reference.hpp"
 #include "core/controllability.hpp"
+#include "core/decompositions.hpp"
 #include "core/shapes.hpp"
 #include "plant/model_physics.hpp"
 
@@ -220,9 +221,8 @@ class AdaptiveExamination {
       const Values model = physics.knowledge(agent_at(0)), none;
       gains = consensus_gains(choice_.name, gains_of(choice_.parameters),
                               Setup{agent_at(0), experiment_.agents, experiment_.dt, none, model, physics.measurement_size(agent_at(0))});
-      const Matrix KB = gains.K * *model.find("B");
-      const Eigen::VectorXcd eigenvalues = KB.eigenvalues();
-      stiffness = largest_modulus({eigenvalues.begin(), eigenvalues.end()});
+      const Eigen::VectorXcd of_KB = eigenvalues(Matrix(gains.K * *model.find("B")));
+      stiffness = largest_modulus({of_KB.begin(), of_KB.end()});
     }
     if (choice_.name == "yu_consensus") stiffness = choice_.parameters.scalar("beta", 1.0);
     const double allowed = 2.0 / (experiment_.dt * stiffness * largest_);

@@ -1,6 +1,7 @@
 #include "orchestrator/theory_control.hpp"
 
 #include "core/controllability.hpp"
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/minimum_energy.hpp"
 #include "core/riccati.hpp"
@@ -8,7 +9,6 @@
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <cmath>
@@ -143,7 +143,7 @@ class ControlExamination {
       double largest = 0.0;
       for (const Complex& lambda : spectrum) {
         const Eigen::MatrixXcd loop = exact.A.cast<Complex>() - (largest_c * lambda) * (exact.B * K).cast<Complex>();
-        largest = std::max(largest, Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(loop, false).eigenvalues().cwiseAbs().maxCoeff());
+        largest = std::max(largest, eigenvalues(loop).cwiseAbs().maxCoeff());
       }
       return largest;
     };
@@ -168,7 +168,7 @@ class ControlExamination {
       weights.push_back(minimum_energy_weights(experiment_.parameters_of(choice_, agent_at(i))));
     Seconds bound = std::numeric_limits<double>::infinity();
     for (const Graph* graph : all) {
-      const Eigen::VectorXcd spectrum = Eigen::EigenSolver<Matrix>(minimum_energy_network(*graph, weights).F, false).eigenvalues();
+      const Eigen::VectorXcd spectrum = eigenvalues(minimum_energy_network(*graph, weights).F);
       bound = std::min(bound, euler_bound(without_zero({spectrum.begin(), spectrum.end()})));
     }
     step_finding("Euler's rule", bound, "from the eigenvalues of F (23) with stationary gains");
@@ -202,9 +202,9 @@ class ControlExamination {
       const Matrix root = P[i].llt().matrixL();
       for (const Graph* graph : all) {
         Matrix certainty = Matrix::Zero(P[i].rows(), P[i].rows());
-        for (const Neighbour& j : graph->in_neighbours(agent_at(i))) certainty += j.weight * (P[index_of(j.id)] + Omega).inverse();
+        for (const Neighbour& j : graph->in_neighbours(agent_at(i))) certainty += j.weight * inverse(P[index_of(j.id)] + Omega);
         const Matrix gains = root.transpose() * certainty * root;
-        largest = std::max(largest, Eigen::SelfAdjointEigenSolver<Matrix>(gains, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+        largest = std::max(largest, symmetric_eigenvalues(gains).maxCoeff());
       }
     }
     return largest;

@@ -1,6 +1,7 @@
 #include "orchestrator/theory_filters.hpp"
 
 #include "core/controllability.hpp"
+#include "core/decompositions.hpp"
 #include "core/discretise.hpp"
 #include "core/luenberger.hpp"
 #include "core/observers.hpp"
@@ -298,7 +299,7 @@ class FilterExamination {
     for (std::size_t i = 0; i < experiment_.agents; ++i) {
       const Matrix S = information_around(i, true), M = stationary_update(step, S, noise_weight("Q", i, false));
       double epsilon = parameters(i).scalar("epsilon", 1.0);
-      const double pulled = epsilon * weighted_in_degree(agent_at(i)) * M.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+      const double pulled = epsilon * weighted_in_degree(agent_at(i)) * symmetric_eigenvalues(M).maxCoeff();
       if (parameters(i).scalar("bounded", 0.0) == 1.0 && pulled > 1.0)
         epsilon /= pulled;
       else

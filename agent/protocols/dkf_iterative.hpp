@@ -18,6 +18,7 @@
 
 #include "agent/protocol_adapter.hpp"
 #include "agent/protocol_observer.hpp"
+#include "core/decompositions.hpp"
 
 namespace consort {
 
@@ -75,7 +76,7 @@ struct DkfIterative {
       S += heard.U;
     }
     // (P^-1 + S)^-1 = (I + P S)^-1 P, which asks for no inverse of P
-    const Matrix one_sided = (Matrix::Identity(n, n) + s.covariance() * S).partialPivLu().solve(Matrix(s.covariance()));
+    const Matrix one_sided = solve(Matrix::Identity(n, n) + s.covariance() * S, Matrix(s.covariance()));
     const Matrix M = 0.5 * (one_sided + one_sided.transpose());
     const double epsilon = p.bounded && d > 0.0 ? bounded_gain(p.epsilon, d, M) : p.epsilon;
     s.x() = plant.step * (x + M * (z - S * x + epsilon * pull));
@@ -89,7 +90,7 @@ struct DkfIterative {
 
  private:
   static double bounded_gain(double epsilon, double d, const Matrix& M) {
-    const double largest = M.selfadjointView<Eigen::Lower>().eigenvalues().maxCoeff();
+    const double largest = symmetric_eigenvalues(M).maxCoeff();
     return epsilon * d * largest > 1.0 ? 1.0 / (d * largest) : epsilon;
   }
 };

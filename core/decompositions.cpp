@@ -1,0 +1,62 @@
+#include "core/decompositions.hpp"
+
+#include "core/errors.hpp"
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace consort {
+namespace {
+
+template <class Solver>
+void require_success(const Solver& solver, std::string_view what, Eigen::Index n) {
+  if (solver.info() != Eigen::Success)
+    throw RunError("the eigenvalues of " + std::string(what) + ", " + std::to_string(n) + " x " + std::to_string(n) + ", did not converge");
+}
+
+}  // namespace
+
+SymmetricEigen symmetric_eigen(const Matrix& a) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(a);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Vector symmetric_eigenvalues(const Matrix& a) { return Eigen::SelfAdjointEigenSolver<Matrix>(a, Eigen::EigenvaluesOnly).eigenvalues(); }
+
+SymmetricEigen symmetric_eigen(const Matrix& K, const Matrix& M, std::string_view what) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(K, M);
+  require_success(solver, what, K.rows());
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+GeneralEigen eigen(const Matrix& a) {
+  const Eigen::EigenSolver<Matrix> solver(a);
+  require_success(solver, "a matrix", a.rows());
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+Eigen::VectorXcd eigenvalues(const Matrix& a) {
+  const Eigen::EigenSolver<Matrix> solver(a, false);
+  require_success(solver, "a matrix", a.rows());
+  return solver.eigenvalues();
+}
+
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a) {
+  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(a, false);
+  require_success(solver, "a complex matrix", a.rows());
+  return solver.eigenvalues();
+}
+
+double spectral_norm(const Matrix& a) {
+  if (a.size() == 0) return 0.0;
+  return std::sqrt(std::max(0.0, symmetric_eigenvalues(a.transpose() * a)[a.cols() - 1]));
+}
+
+Matrix inverse(const Matrix& A) { return A.partialPivLu().inverse(); }
+Matrix solve(const Matrix& A, const Matrix& B) { return A.partialPivLu().solve(B); }
+Vector solve(const Matrix& A, const Vector& b) { return A.partialPivLu().solve(b); }
+
+}  // namespace consort

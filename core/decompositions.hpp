@@ -1,0 +1,37 @@
+#pragma once
+/// Decompositions of dense matrices, compiled once: their templates are what a build spends most of its time on. All are Eigen's.
+
+#include "core/types.hpp"
+
+#include <string_view>
+
+namespace consort {
+
+/// Of a symmetric matrix, of which the lower triangle is read: eigenvalues, ascending, and orthonormal eigenvectors, as columns.
+struct SymmetricEigen {
+  Vector values;
+  Matrix vectors;
+};
+SymmetricEigen symmetric_eigen(const Matrix& a);
+Vector symmetric_eigenvalues(const Matrix& a);
+/// K phi = lambda M phi, K and M symmetric, M > 0; phi'M phi = 1. Throws RunError, which says `what`, if the iteration does not converge.
+SymmetricEigen symmetric_eigen(const Matrix& K, const Matrix& M, std::string_view what);
+
+/// Of a square matrix, in no order. Throw RunError if the iteration does not converge.
+struct GeneralEigen {
+  Eigen::VectorXcd values;
+  Eigen::MatrixXcd vectors;
+};
+GeneralEigen eigen(const Matrix& a);
+Eigen::VectorXcd eigenvalues(const Matrix& a);
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a);
+
+/// The largest singular value; 0 of a matrix without entries.
+double spectral_norm(const Matrix& a);
+
+/// A^-1, A^-1 B and A^-1 b by LU with partial pivoting; A square and invertible.
+Matrix inverse(const Matrix& A);
+Matrix solve(const Matrix& A, const Matrix& B);
+Vector solve(const Matrix& A, const Vector& b);
+
+}  // namespace consort
