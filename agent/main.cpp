@@ -68,7 +68,8 @@ int main(int argc, char** argv) {
       return std::make_unique<Node>(participant, NodeOptions{.agents = std::move(agents),
                                                              .first_epoch = options.first_epoch,
                                                              .first_round = options.first_round,
-                                                             .launched = options.orchestrator != 0});
+                                                             .launched = options.orchestrator != 0,
+                                                             .lossy = options.lossy()});
     });
   });
 }

@@ -12,8 +12,6 @@
 namespace consort {
 namespace {
 
-constexpr std::chrono::milliseconds kGreetAgain{500};
-
 std::string host_name() {
   std::array<char, 64> name{};
   gethostname(name.data(), name.size() - 1);
@@ -59,12 +57,19 @@ void Node::on_assignment(wire::Assignment&& part) {
 
 void Node::on_grant(wire::Grant&& grant) {
   guarded([&] {
-    if (!lockstep_ || grant.epoch != epoch_ || finish_) return;
-    lockstep_->grant(grant);
-    if (realtime_ && !pacer_) start_clock(grant);
-    lockstep_->advance();
-    if (lockstep_->report_due()) wake_.notify_one();
+    if (lockstep_ && grant.epoch == epoch_)
+      take(grant);
+    else
+      granted_early_ = std::move(grant);
   });
+}
+
+void Node::take(const wire::Grant& grant) {
+  if (finish_) return;
+  lockstep_->grant(grant);
+  if (realtime_ && !pacer_) start_clock(grant);
+  lockstep_->advance();
+  if (lockstep_->report_due()) wake_.notify_one();
 }
 
 /// Without a plant a round ends when the next one begins, so that messages have one dt to travel. With one, its measurement comes first.
@@ -175,6 +180,8 @@ void Node::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
+  lock.unlock();
+  if (liveliness_lease()) presence_.wait_for_acknowledgments(2.0);  // else it would seem to have died
 }
 
 void Node::serve(Lock& lock) {
@@ -190,7 +197,7 @@ void Node::serve(Lock& lock) {
       if (greeting_needed()) greeted_ = false;
     } else if (!greeting_needed())
       wake_.wait(lock, has_work);
-    else if (!wake_.wait_for(lock, kGreetAgain, has_work))
+    else if (!wait_or_greet(lock, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
     if ((orphaned_ || orchestrator_lost_) && lockstep_)
@@ -219,6 +226,7 @@ void Node::begin_run(Lock& lock) {
   pacer_.reset();
   lock.lock();
   assigned_ = false;
+  greet_again_ = kGreetSoon;
   epoch_ = newest_epoch_;
   ready_until_ = 0;
   finish_ = finished_ = false;
@@ -254,6 +262,9 @@ void Node::begin_run(Lock& lock) {
   meet_plant(lock);
   meet_announcers(lock);
   const std::uint32_t epoch = *epoch_;
+  // Whoever joins a run that is under way may hear how it stands before it is ready to.
+  if (lost_early_ && lost_early_->epoch == epoch) depart(lost_early_->agents);
+  if (realtime_ && granted_early_ && granted_early_->epoch == epoch) take(*granted_early_);  // in lockstep it is told again
   std::vector<wire::Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     const Protocol& protocol = lockstep_->protocol(m);
@@ -337,6 +348,7 @@ void Node::meet_neighbours(Lock& lock) {
                                       guarded([&] {
                                         readers_of_[id] = n;
                                         greeted_ = false;
+                                        greet_again_ = kGreetSoon;
                                         wake_.notify_one();
                                       });
                                     },
@@ -375,6 +387,7 @@ void Node::meet_plant(Lock& lock) {
           guarded([&] {
             plant_found_ = n > 0;
             greeted_ = false;
+            greet_again_ = kGreetSoon;
             wake_.notify_one();
           });
         },
@@ -495,13 +508,13 @@ Performance Node::performance() const {
 
 /// All agents here have left the run: says the last word, sees that it arrives, and ends.
 void Node::take_leave(Lock& lock) {
-  constexpr double kPatience = 10.0;  // s
+  const double patience = options_.lossy ? 10.0 : 1.0;  // s; who died without a word still counts as a reader, and acknowledges nothing
   send_reports(lock, true);
   lock.unlock();
-  for (auto& [agent, writer] : information_) writer.wait_for_acknowledgments(kPatience);
-  if (announcements_) announcements_->wait_for_acknowledgments(kPatience);
-  if (actuations_) actuations_->wait_for_acknowledgments(kPatience);
-  telemetry_.wait_for_acknowledgments(kPatience);
+  for (auto& [agent, writer] : information_) writer.wait_for_acknowledgments(patience);
+  if (announcements_) announcements_->wait_for_acknowledgments(patience);
+  if (actuations_) actuations_->wait_for_acknowledgments(patience);
+  telemetry_.wait_for_acknowledgments(patience);
   lock.lock();
 }
 

@@ -18,6 +18,7 @@ struct NodeOptions {
   std::uint32_t first_epoch = 0;  ///< in that run, it takes part
   Round first_round = 0;          ///< from this round on, not in an earlier stay
   bool launched = false;          ///< by an orchestrator on this host, whose death is noticed by other means than DDS
+  bool lossy = false;             ///< packets may be lost on the way
 };
 
 class Node final : public RunMember {
@@ -50,6 +51,7 @@ class Node final : public RunMember {
   void send_reports(Lock& lock, bool last);
   void take_leave(Lock& lock);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
+  void take(const wire::Grant& grant);
   void start_clock(const wire::Grant& grant);
   void beat(std::size_t phase, Round k);
   [[nodiscard]] Performance performance() const;
@@ -68,6 +70,7 @@ class Node final : public RunMember {
   std::map<std::uint32_t, wire::Assignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
   std::vector<wire::Member> members_;
+  std::optional<wire::Grant> granted_early_;  // of a run that has not begun here
   std::unique_ptr<Lockstep> lockstep_;
   Realtime* realtime_ = nullptr;  // the same object, where the wall clock paces it
   std::optional<wire::Delivery> delivery_;

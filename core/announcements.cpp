@@ -27,14 +27,15 @@ void spread(const Graph& support, const std::vector<bool>& present, Known& known
   }
 }
 
+Attendance attendance_of(AgentId agent, const std::map<AgentId, Attendance>& presence) {
+  const auto at = presence.find(agent);
+  return at == presence.end() ? Attendance{} : at->second;
+}
+
 }  // namespace
 
 std::vector<std::vector<Told>> announcements(const Graph& support, const std::map<AgentId, Attendance>& presence) {
   const std::size_t n = support.agents();
-  const auto attendance_of = [&](std::size_t i) {
-    const auto at = presence.find(agent_at(i));
-    return at == presence.end() ? Attendance{} : at->second;
-  };
   std::set<Round> joins{0};
   for (const auto& [agent, attendance] : presence)
     for (const Attendance& stay : attendance.stays()) joins.insert(stay.from);
@@ -43,7 +44,7 @@ std::vector<std::vector<Told>> announcements(const Graph& support, const std::ma
   for (const Round k : joins) {
     std::vector<bool> present(n);
     for (std::size_t i = 0; i < n; ++i) {
-      present[i] = attendance_of(i).holds(k);
+      present[i] = attendance_of(agent_at(i), presence).holds(k);
       if (present[i]) known[i][i] = true;
     }
     spread(support, present, known);
@@ -54,6 +55,16 @@ std::vector<std::vector<Told>> announcements(const Graph& support, const std::ma
   }
   for (auto& list : told) std::sort(list.begin(), list.end(), [](const Told& a, const Told& b) { return a.from < b.from; });
   return told;
+}
+
+bool need_relays(const std::vector<std::vector<Told>>& told, const Graph& support, const std::map<AgentId, Attendance>& presence) {
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    if (told[i].size() > support.in_degree(agent_at(i))) return true;
+    for (const Attendance& stay : attendance_of(agent_at(i), presence).stays())
+      for (const Told& news : told[i])
+        if (news.since <= stay.from && !attendance_of(news.from, presence).holds(stay.from)) return true;
+  }
+  return false;
 }
 
 }  // namespace consort

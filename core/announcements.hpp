@@ -20,4 +20,8 @@ struct Told {
 /// while it takes part, so news goes round whenever somebody joins.
 std::vector<std::vector<Told>> announcements(const Graph& support, const std::map<AgentId, Attendance>& presence);
 
+/// Somebody has to pass on what others announced, as it comes from further away than the next agent, or from one that is no longer there
+/// when it is wanted.
+bool need_relays(const std::vector<std::vector<Told>>& told, const Graph& support, const std::map<AgentId, Attendance>& presence);
+
 }  // namespace consort

@@ -56,8 +56,13 @@ struct Attendance {
     all.insert(all.end(), again.begin(), again.end());
     return all;
   }
-  /// The end of the last stay.
-  [[nodiscard]] Round end() const { return again.empty() ? until : again.back().until; }
+  /// The first round from k on that is part of a stay; kNever if there is none.
+  [[nodiscard]] Round next(Round k) const {
+    if (holds(k)) return k;
+    for (const Attendance& stay : stays())
+      if (stay.from > k && stay.from < stay.until) return stay.from;
+    return kNever;
+  }
   /// Ends in round k what would go on, or begin, later.
   void cut(Round k) {
     std::erase_if(again, [k](const Attendance& stay) { return stay.from >= k; });

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 namespace consort {
 
@@ -15,6 +16,7 @@ using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 using Seconds = double;       ///< model time and durations, s
 using Round = std::uint32_t;  ///< communication round k = 0, 1, ...
+inline constexpr Round kNever = std::numeric_limits<Round>::max();
 
 /// An identity that cannot be mixed up with a number or with another kind of identity.
 template <class Tag>

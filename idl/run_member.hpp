@@ -7,12 +7,14 @@
 #include <fmt/ranges.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace consort {
@@ -72,7 +74,10 @@ class RunMember {
           shutdown_ = true;
           break;
         case wire::Order::departed:
-          if (command.epoch == epoch_ && !finish_) depart(command.agents);
+          if (command.epoch != epoch_)
+            lost_early_ = command;
+          else if (!finish_)
+            depart(command.agents);
           break;
         case wire::Order::come_back:
           if (command.epoch == epoch_ && !finish_) come_back(command.agents, command.round);
@@ -114,11 +119,23 @@ class RunMember {
     });
   }
 
+  /// For has_work: waits for it, but for no longer than until the next greeting; false then. The first one comes soon, later ones less and
+  /// less often.
+  template <class HasWork>
+  bool wait_or_greet(Lock& lock, HasWork&& has_work) {
+    if (wake_.wait_for(lock, greet_again_, std::forward<HasWork>(has_work))) return true;
+    greet_again_ = std::min(2 * greet_again_, kGreetSeldom);
+    return false;
+  }
+
   std::mutex mutex_;  // guards everything below, and what the derived class says it guards
   std::condition_variable wake_;
   std::exception_ptr failure_;
   std::optional<std::uint32_t> epoch_;                           // of the run being served
+  std::optional<wire::Command> lost_early_;                      // `departed`, of a run that has not begun here
   static constexpr std::chrono::milliseconds kReportEvery{250};  // in real time
+  static constexpr std::chrono::milliseconds kGreetSoon{15}, kGreetSeldom{500};
+  std::chrono::milliseconds greet_again_ = kGreetSoon;
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
        orchestrator_lost_ = false;
 

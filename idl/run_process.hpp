@@ -34,6 +34,9 @@ struct RunProcessOptions {
   double transmit_loss = 0.0;
   bool hears_multicast_data = true;  ///< false: what agents tell each other wakes only agents
   pid_t orchestrator = 0;
+
+  /// Packets may be lost on the way: not within a host, unless the experiment wants it.
+  [[nodiscard]] bool lossy() const { return interface != "lo" || transmit_loss > 0.0; }
 };
 
 inline void add_options(CLI::App& app, RunProcessOptions& options) {
@@ -66,7 +69,9 @@ inline dds::configuration::Settings settings_of(const RunProcessOptions& options
   settings.tuned = options.tuned;
   settings.transmit_loss = options.transmit_loss;
   settings.hears_multicast_data = options.hears_multicast_data;
+  if (options.lossy()) settings.spdp_interval = dds::configuration::kAnnounceAgain;
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
+  settings.writer_linger = std::chrono::milliseconds(0);  // whoever needs to know that something arrived waits for it
   if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
   if (options.discovery == "neighbours") {
     settings.discovery = dds::configuration::Discovery::neighbours;

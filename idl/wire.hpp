@@ -62,7 +62,7 @@ struct Assignment {
   bool plant = false;                           ///< there is a plant: whoever measures waits for it
   bool realtime = false;                        ///< the wall clock paces the rounds
   Delivery delivery;
-  std::map<AgentId, Round> joining;  ///< agents that join on the way, and when: nobody waits to meet them before
+  std::map<AgentId, Round> joining;  ///< agents that are not there, and when they join: nobody waits to meet them before
   std::vector<Member> members;
 };
 

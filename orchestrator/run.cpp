@@ -162,7 +162,7 @@ class JobRun {
           forget(agent);
           session_.call(stay.from);
         } else
-          session_.start_present(stay.from);
+          session_.start_for(agent, stay.from);
       }
   }
 

@@ -81,6 +81,7 @@ void Session::open_hubs() {
   settings_.tag = options_.run_name;
   settings_.interface = options_.interface;
   settings_.writer_high_watermark = kWriterMemory;
+  settings_.writer_linger = milliseconds(0);
   settings_.transmit_loss = experiment_.transport.loss;
   if (!options_.external.empty() || options_.external_plant) settings_.lease_duration = kExternalLease;
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
@@ -100,6 +101,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
   settings_.tuned = slots() > kTunedFrom;
+  if (options_.interface != "lo" || settings_.transmit_loss > 0.0) settings_.spdp_interval = dds::configuration::kAnnounceAgain;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
   const unsigned first = derived ? domain_of(options_.run_name) : static_cast<unsigned>(options_.domain);
@@ -231,21 +233,28 @@ void Session::call(Round first) {
   for (std::size_t p = 0; p < slots(); ++p)
     for (const Attendance& stay : states_[p].presence.again)
       if (stay.from == first) back.push_back(placement_.processes[p].agents.front());
+  for (std::size_t hub = 0; hub < hubs_.size(); ++hub)  // whoever joins is told who is there by now
+    for (const wire::Assignment& part : assignments(hub, first)) hubs_[hub]->assignments.write(part);
   if (!back.empty()) {
     for (ProcessState& state : states_) state.ready_until = std::min(state.ready_until, first);
-    for (std::size_t hub = 0; hub < hubs_.size(); ++hub)
-      for (const wire::Assignment& part : assignments(hub, first)) hubs_[hub]->assignments.write(part);
     broadcast(wire::Command{epoch_, wire::Order::come_back, back, first});
   }
   start_present(first);
   if (!gone_.empty()) broadcast(wire::Command{epoch_, wire::Order::departed, gone_});  // whoever joins was not there to hear it
 }
 
+bool Session::is_lost(std::size_t process) const {
+  return process != plant() && std::binary_search(gone_.begin(), gone_.end(), placement_.processes[process].agents.front());
+}
+
 void Session::start_present(Round k) {
-  for (std::size_t p = 0; p < slots(); ++p) {
-    const bool lost = p != plant() && std::binary_search(gone_.begin(), gone_.end(), placement_.processes[p].agents.front());
-    if (states_[p].presence.holds(k) && !lost) start(p, k);
-  }
+  for (std::size_t p = 0; p < slots(); ++p)
+    if (states_[p].presence.holds(k) && !is_lost(p)) start(p, k);
+}
+
+void Session::start_for(AgentId agent, Round k) {
+  const std::size_t process = placement_.process_of[index_of(agent)];
+  if (!is_lost(process)) start(process, k);
 }
 
 void Session::join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry) {
@@ -344,15 +353,14 @@ std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) c
   for (const LinkModel::Change& change : links.changes)
     if (!change.edge) common.link_changes.push_back(change);
   if (maker_->physics()) common.largest_state = static_cast<std::uint32_t>(maker_->physics()->state_layout().size());
-  for (std::size_t i = 0; i < told_.size(); ++i)
-    common.relays = common.relays || told_[i].size() > placement_.support.in_degree(agent_at(i));
+  common.relays = need_relays(told_, placement_.support, experiment_.presence);
   common.plant = has_plant();
   common.steers = steers_;
   common.realtime = experiment_.mode == Mode::realtime;
   common.delivery = delivery();
   for (const auto& [agent, presence] : experiment_.presence)
-    for (const Attendance& stay : presence.stays())
-      if (stay.from > now && !presence.holds(now)) common.joining.emplace(agent, stay.from);
+    if (!presence.holds(now)) common.joining.emplace(agent, presence.next(now));
+  for (const AgentId agent : gone_) common.joining[agent] = kNever;
   std::vector<wire::Assignment> parts;
   for (std::size_t index = 0; index < experiment_.agents; ++index) {
     if (hub_of(placement_.process_of[index]) != hub) continue;
@@ -646,6 +654,9 @@ std::vector<std::string> Session::take_remarks() {
 void Session::shut_down() {
   leaving_ = true;
   broadcast(wire::Command{epoch_, wire::Order::shutdown});
+  const bool elsewhere = count([](const ProcessState& state) { return state.external && state.started; }) > 0;
+  for (const auto& hub : hubs_)
+    if (elsewhere) hub->commands.wait_for_acknowledgments(1.0);
   children_->wait_all(interrupted() ? 1.0 : 10.0);
 }
 

@@ -38,9 +38,9 @@ class Session {
   void join(Round first, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// The same without waiting for anybody.
   void call(Round first);
-  /// Starts the processes that take part in round k and do not run, for example since the one before was still ending. Who died unplanned
-  /// stays dead.
-  void start_present(Round k);
+  /// Starts the agent's process for its stay in round k, if it does not run, for example since the one before was still ending. Who died
+  /// unplanned stays dead.
+  void start_for(AgentId agent, Round k);
   /// Kills an agent's process and waits until it has ended.
   void kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Stops an agent's process for so long.
@@ -108,6 +108,8 @@ class Session {
   [[nodiscard]] std::size_t plant() const { return placement_.processes.size(); }  // its index among the processes
   [[nodiscard]] std::size_t slots() const { return placement_.processes.size() + (has_plant() ? 1 : 0); }
   void start(std::size_t process, Round now = 0);
+  void start_present(Round k);
+  [[nodiscard]] bool is_lost(std::size_t process) const;
   /// As the agents are told it in round `now`.
   [[nodiscard]] std::vector<wire::Assignment> assignments(std::size_t hub, Round now) const;
   [[nodiscard]] std::vector<wire::PlantAssignment> plant_assignments(const Job& job, std::uint32_t epoch) const;

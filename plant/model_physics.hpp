@@ -33,8 +33,8 @@ class Physics {
   void depart(AgentId i);
   [[nodiscard]] bool present(AgentId i, Round k) const { return part(i).presence.holds(k); }
 
-  /// The first round in which agent i takes no part any more.
-  [[nodiscard]] Round leaves(AgentId i) const { return part(i).presence.end(); }
+  /// The round from now on in which agent i next takes part; kNever if in none.
+  [[nodiscard]] Round next(AgentId i) const { return part(i).presence.next(k_); }
 
   /// y_i(k) of the round that the state is in. What it would measure of an agent that is absent is kAbsent (relative sensing).
   void measure(AgentId i, std::span<double> y) const;

@@ -14,7 +14,6 @@ namespace consort {
 namespace {
 
 constexpr std::uint32_t kPlant = 0;  // its name among the processes
-constexpr std::chrono::milliseconds kGreetAgain{500};
 
 }  // namespace
 
@@ -86,10 +85,7 @@ void PlantNode::depart(std::span<const AgentId> agents) {
 /// Who comes back is alone in its process, so it names it.
 void PlantNode::come_back(std::span<const AgentId> agents, Round round) {
   if (!rounds_) return;
-  for (const AgentId agent : agents) {
-    greeted_by_.erase(agent.value);
-    begins_[agent.value] = round;
-  }
+  for (const AgentId agent : agents) greeted_by_.erase(agent.value);
   ready_until_ = std::min(ready_until_, round);
 }
 
@@ -106,6 +102,8 @@ void PlantNode::run() {
     throw;
   }
   announce(lock, wire::State::leaving);
+  lock.unlock();
+  if (liveliness_lease()) presence_.wait_for_acknowledgments(2.0);  // else it would seem to have died
 }
 
 void PlantNode::serve(Lock& lock) {
@@ -120,7 +118,7 @@ void PlantNode::serve(Lock& lock) {
       if (somebody_joins()) greeted_ = false;
     } else if (!rounds_ || !somebody_joins())
       wake_.wait(lock, has_work);
-    else if (!wake_.wait_for(lock, kGreetAgain, has_work))
+    else if (!wait_or_greet(lock, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
     if ((orphaned_ || orchestrator_lost_) && rounds_)
@@ -147,6 +145,7 @@ void PlantNode::begin_run(Lock& lock) {
   pacer_.reset();
   lock.lock();
   assigned_ = false;
+  greet_again_ = kGreetSoon;
   epoch_ = newest_epoch_;
   ready_until_ = granted_until_ = 0;
   finish_ = finished_ = false;
@@ -170,14 +169,13 @@ void PlantNode::begin_run(Lock& lock) {
 
 /// Creates the ends of the closed loop that earlier runs of the session did not.
 void PlantNode::meet_agents(Lock& lock) {
-  begins_ = rounds_->processes();
-  const std::map<std::uint32_t, Round> processes = begins_;
+  const std::vector<std::uint32_t> processes = rounds_->processes();
   lock.unlock();  // creating endpoints calls back
   if (!actuations_)
     actuations_.emplace(
         participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); }, delivery_);
   std::map<std::uint32_t, wire::MeasurementWriter> created;
-  for (const auto& [process, first] : processes) {
+  for (const std::uint32_t process : processes) {
     if (measurements_.contains(process)) continue;  // only this thread changes the map
     created.emplace(process, wire::MeasurementWriter(
                                  participant_, process,
@@ -190,6 +188,7 @@ void PlantNode::meet_agents(Lock& lock) {
                                        greeted_by_.erase(name);  // whoever comes back has to greet again
                                      }
                                      greeted_ = false;
+                                     greet_again_ = kGreetSoon;
                                      wake_.notify_one();
                                    });
                                  },
@@ -209,26 +208,29 @@ void PlantNode::greet() {
 
 /// A process that takes part in a round which is not granted yet may still need a greeting.
 bool PlantNode::somebody_joins() const {
-  return std::any_of(begins_.begin(), begins_.end(), [this](const auto& process) { return process.second >= granted_until_; });
+  const std::vector<std::uint32_t>& all = rounds_->processes();
+  return std::any_of(all.begin(), all.end(), [this](std::uint32_t process) {
+    const Round next = rounds_->next(process);
+    return next >= granted_until_ && next != kNever;
+  });
 }
 
 /// Rounds below this one may be granted as far as the plant is concerned: every process that takes part by then has been found and has
-/// greeted the plant. 0: not even the first.
+/// greeted the plant. 0: not even the one it is in.
 Round PlantNode::met_until() const {
   if (!rounds_) return 0;
   Round until = std::numeric_limits<Round>::max();
-  for (const auto& [process, first] : begins_)
-    if (rounds_->expects(process) && (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))))
-      until = std::min(until, first);
-  return until;
+  for (const std::uint32_t process : rounds_->processes())
+    if (!found_.contains(process) || (steered_ && !greeted_by_.contains(process))) until = std::min(until, rounds_->next(process));
+  return until > rounds_->round() ? until : 0;
 }
 
 /// Why met_until() says 0, for a person.
 std::string PlantNode::unmet() const {
   if (!rounds_) return "has no assignment yet";
   std::string text;
-  for (const auto& [process, first] : begins_) {
-    if (first > 0 || !rounds_->expects(process)) continue;
+  for (const std::uint32_t process : rounds_->processes()) {
+    if (rounds_->next(process) > rounds_->round()) continue;
     const bool found = found_.contains(process);
     if (found && (!steered_ || greeted_by_.contains(process))) continue;
     text += (text.empty() ? "" : ", ") + std::string(found ? "is not greeted by" : "has not found") + " the process of agent " +

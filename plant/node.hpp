@@ -56,10 +56,9 @@ class PlantNode final : public RunMember {
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
   Round granted_until_ = 0;
-  std::map<std::uint32_t, Round> begins_;  // by process: the round in which it begins to take part, for the last time so far
-  std::set<std::uint32_t> found_;          // processes that read their measurement
-  std::set<std::uint32_t> greeted_by_;     // processes whose greeting has come: the connection works
-  bool greeted_ = true;                    // everybody found so far has been greeted
+  std::set<std::uint32_t> found_;       // processes that read their measurement
+  std::set<std::uint32_t> greeted_by_;  // processes whose greeting has come: the connection works
+  bool greeted_ = true;                 // everybody found so far has been greeted
 
   wire::Writer<wire::Presence> presence_;
   wire::Writer<wire::Telemetry> telemetry_;

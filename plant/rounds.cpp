@@ -20,10 +20,9 @@ PlantRounds::PlantRounds(const wire::PlantAssignment& run, Send send)
     const Attendance attendance = run.task.parts[index].presence;
     attendance_.push_back(attendance);
     processes_[run.process_of[index]].agents.push_back(agent);
-    const auto [at, is_new] = first_rounds_.emplace(run.process_of[index], attendance.from);
-    at->second = std::min(at->second, attendance.from);
     reports_.push_back({.agent = agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}});
   }
+  for (const auto& [name, process] : processes_) names_.push_back(name);
   note_states();
 }
 
@@ -44,9 +43,11 @@ void PlantRounds::receive(const wire::Actuation& actuation) {
   if (realtime_ ? !steered_ || actuation.round < at->second.newest
                 : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
     return;
+  const auto is_there = [&](AgentId i) { return physics_.present(i, actuation.round); };
+  if (std::none_of(at->second.agents.begin(), at->second.agents.end(), is_there)) return;  // will be killed, but on the clock a moment late
   std::size_t used = 0;
   for (const AgentId i : at->second.agents) {
-    if (!physics_.present(i, actuation.round)) continue;
+    if (!is_there(i)) continue;
     const std::span<double> control = physics_.control(i);
     if (used + control.size() <= actuation.values.size())
       std::copy_n(actuation.values.begin() + static_cast<std::ptrdiff_t>(used), control.size(), control.begin());
@@ -70,9 +71,10 @@ void PlantRounds::depart(std::span<const AgentId> agents) {
     if (steered_ && measured_ && took_part[name] && !process.acted && !takes_part(process)) --missing_;
 }
 
-bool PlantRounds::expects(std::uint32_t process) const {
-  const std::vector<AgentId>& agents = processes_.at(process).agents;
-  return std::any_of(agents.begin(), agents.end(), [this](AgentId i) { return physics_.leaves(i) > physics_.round(); });
+Round PlantRounds::next(std::uint32_t process) const {
+  Round next = kNever;
+  for (const AgentId i : processes_.at(process).agents) next = std::min(next, physics_.next(i));
+  return next;
 }
 
 void PlantRounds::measure() {

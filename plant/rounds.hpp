@@ -40,10 +40,10 @@ class PlantRounds {
   std::vector<wire::MemberReport> take_all();
   [[nodiscard]] Round round() const { return physics_.round(); }
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
-  /// Lowest ids of the processes, ascending, with the round in which each begins to take part.
-  [[nodiscard]] const std::map<std::uint32_t, Round>& processes() const { return first_rounds_; }
-  /// Somebody of that process is still to take part.
-  [[nodiscard]] bool expects(std::uint32_t process) const;
+  /// Lowest ids of the processes, ascending.
+  [[nodiscard]] const std::vector<std::uint32_t>& processes() const { return names_; }
+  /// The round from this one on in which somebody of that process next takes part; kNever if in none.
+  [[nodiscard]] Round next(std::uint32_t process) const;
   /// One of the agents whose actuation the round waits for, and how many processes it still waits for; 0: it waits for a grant.
   struct Progress {
     AgentId agent;
@@ -68,7 +68,7 @@ class PlantRounds {
   bool steered_, realtime_;
   std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
-  std::map<std::uint32_t, Round> first_rounds_;
+  std::vector<std::uint32_t> names_;
   std::vector<wire::MemberReport> reports_;  // by agent
   std::vector<HistoryHash> hashes_;
   std::vector<double> values_;  // of one process, being put together

@@ -45,5 +45,16 @@ TEST(Announcements, OfWhoHasLeftAreStillPassedOn) {
   EXPECT_EQ(all[0], told({{2, 0}})) << "what comes after it has left does not reach it";
 }
 
+TEST(Announcements, NeedRelaysWhereWhoMadeThemIsFarOrGone) {
+  const auto relays = [](const Graph& support, const std::map<AgentId, Attendance>& presence) {
+    return need_relays(announcements(support, presence), support, presence);
+  };
+  EXPECT_FALSE(relays(complete(3), {}));
+  EXPECT_TRUE(relays(path(3), {}));
+  EXPECT_FALSE(relays(complete(3), {{AgentId{3}, {9, 100}}})) << "everybody is there to tell it";
+  EXPECT_TRUE(relays(complete(3), {{AgentId{1}, {0, 5}}, {AgentId{3}, {9, 100}}})) << "agent 1 is not";
+  EXPECT_TRUE(relays(complete(3), {{AgentId{1}, {0, 5, {{9, 100}}}}, {AgentId{3}, {0, 5, {{7, 100}}}}})) << "agent 1 comes back later";
+}
+
 }  // namespace
 }  // namespace consort

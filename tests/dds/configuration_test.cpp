@@ -69,9 +69,11 @@ TEST(Configuration, WithEverySettingIsAcceptedByTheLibrary) {
                      .spdp_interval = 500ms,
                      .lease_duration = 3000ms,
                      .tuned = true,
+                     .writer_linger = 0ms,
                      .writer_high_watermark = 1000000};
   const std::string text = on_wire(all);
   EXPECT_TRUE(holds(text, "<SPDPInterval>500ms</SPDPInterval><LeaseDuration>3000ms</LeaseDuration>")) << text;
+  EXPECT_TRUE(holds(text, "<WriterLingerDuration>0ms</WriterLingerDuration>")) << text;
   EXPECT_TRUE(holds(
       text, "<Watermarks><WhcHigh>1000000B</WhcHigh><WhcHighInit>1000000B</WhcHighInit><WhcAdaptive>false</WhcAdaptive></Watermarks>"))
       << text;

@@ -61,6 +61,23 @@ plant: {model: integrator, initial: {position: [1, 2, 3, 40]}, disturbances: [{o
   expect_simulated_trace(experiment, 6.0);
 }
 
+TEST(RealTime, WhatHappensToLinksAndSensorsOnTheWayEqualsTheSimulationToo) {
+  expect_simulated_trace(case_of(R"(
+rounds: 60
+agents: {count: 5, protocol: local_voting}
+plant: {model: integrator, initial: {position: [0, 3, 6, 9, 30]}}
+topology: complete
+links: {loss: {distance: {safe: 1, lost: 10}}}
+events:
+  - {round: 10, set_link: {edge: 1 -> 2, loss: 0.5}}
+  - {round: 20, degrade: {agent: 2, gaussian: {deviation: 0.5}}}
+  - {round: 30, cut: [1 <-> 3]}
+  - {round: 40, heal: all}
+  - {round: 50, set_link: {loss: 0.3, duplication: 0.3, quantisation: {bits: 8, range: [-50, 50]}}}
+)"),
+                         6.0);
+}
+
 TEST(RealTime, EveryMessageIsAccountedForAndInjectedLossIsKeptApart) {
   Experiment experiment = case_of(R"(
 rounds: 150

@@ -25,24 +25,15 @@ class Draw {
  public:
   explicit Draw(std::uint64_t seed) : seed_(seed), draws_(Seed{seed}.stream(Purpose("swarm"))), agents_(2 + draws_.below(9)) {}
 
-  Case operator()() {
-    constexpr std::array kProtocols{"local_voting", "kalman_consensus", "unbiased_kalman_consensus", "unbiased_information_consensus",
-                                    "robust_information_consensus"};
-    const std::string protocol = kProtocols[draws_.below(kProtocols.size())];
-    const bool kalman = protocol != "local_voting";
-    const bool plant = !kalman && chance(0.4);
+  /// With the clock's help: its rounds are 20 ms of real time.
+  Case operator()(bool realtime = false) {
     rounds_ = static_cast<unsigned>(60 + draws_.below(140));
+    const System system = draw_system();
     std::string out = fmt::format("# Does the run with seed {} keep what must hold?\nexperiment: swarm_{}\nseed: {}\nrounds: {}\ndt: {}\n",
-                                  seed_, seed_, seed_, rounds_, kalman ? 1.0 : 0.05);
-    const std::string parameters = protocol == "kalman_consensus" ? ", Q: 0.1, Omega: 0.1" : "";
-    out += fmt::format("agents:\n  count: {}\n  protocol: {{name: {}{}}}\n", agents_, protocol, parameters);
-    out += fmt::format("  initial: {{x: {{uniform: [-5, 5]{}}}{}}}\n", plant ? "" : ", dimension: 2",
-                       kalman ? ", P: {uniform: [0.5, 2]}" : "");
-    if (plant)
-      out +=
-          "plant:\n  model: integrator\n  initial: {position: {uniform: [-5, 5]}}\n"
-          "  disturbances: [{on: measurement, gaussian: {deviation: 0.001}}]\n";
-    out += "topology: " + topology() + "\n";
+                                  seed_, seed_, seed_, rounds_, realtime ? 0.02 : system.dt);
+    if (realtime) out += "mode: realtime\n";
+    out += fmt::format("agents:\n  count: {}\n  protocol: {{name: {}{}}}\n", agents_, system.protocol, system.parameters);
+    out += system.rest + "topology: " + topology() + "\n";
     const std::string links = link_rules();
     if (!links.empty()) out += "links: {" + links + "}\n";
     const std::string events = process_events() + link_events();
@@ -50,10 +41,83 @@ class Draw {
     if (chance(0.5)) out += fmt::format("telemetry: {{every: {}}}\n", 1 + draws_.below(9));
     if (chance(0.3)) out += fmt::format("placement: {{agents_per_process: {}}}\n", 1 + draws_.below(agents_));
     out += "stop: {deadline: 300 s}\n";
-    return {out, protocol, links.empty() && events.empty() && symmetric_ && !plant, events.empty() && always_connected_};
+    const bool averages = system.protocol == "local_voting" && system.rest.find("plant:") == std::string::npos;
+    return {out, system.protocol, averages && links.empty() && events.empty() && symmetric_,
+            averages && events.empty() && always_connected_};
   }
 
  private:
+  struct System {
+    std::string protocol, parameters, rest;  ///< of the file: initial values, plant
+    double dt;
+  };
+
+  System draw_system() {
+    switch (draws_.below(5)) {
+      case 0:
+        return steering();
+      case 1:
+        return observing_each_other();
+      case 2:
+        return observing_one_plant();
+      default:
+        return averaging();
+    }
+  }
+
+  /// Agents that agree on numbers of their own, or on where they are.
+  System averaging() {
+    constexpr std::array kProtocols{"local_voting", "kalman_consensus", "unbiased_kalman_consensus", "unbiased_information_consensus",
+                                    "robust_information_consensus"};
+    const std::string protocol = kProtocols[draws_.below(kProtocols.size())];
+    const bool kalman = protocol != "local_voting";
+    const bool plant = !kalman && chance(0.4);
+    std::string rest = fmt::format("  initial: {{x: {{uniform: [-5, 5]{}}}{}}}\n", plant ? "" : ", dimension: 2",
+                                   kalman ? ", P: {uniform: [0.5, 2]}" : "");
+    if (plant)
+      rest +=
+          "plant:\n  model: integrator\n  initial: {position: {uniform: [-5, 5]}}\n"
+          "  disturbances: [{on: measurement, gaussian: {deviation: 0.001}}]\n";
+    return {protocol, protocol == "kalman_consensus" ? ", Q: 0.1, Omega: 0.1" : "", rest, kalman ? 1.0 : 0.05};
+  }
+
+  /// Agents that steer double integrators.
+  System steering() {
+    constexpr std::array<std::array<const char*, 2>, 4> kProtocols{{{"static_consensus", ", c: 0.5"},
+                                                                    {"adaptive_consensus", ", reference: halving"},
+                                                                    {"su_consensus", ""},
+                                                                    {"li_edge_consensus", ""}}};
+    const auto& [protocol, parameters] = kProtocols[draws_.below(kProtocols.size())];
+    return {protocol, parameters, "plant:\n  model: {name: integrator, order: 2}\n  initial: {position: {uniform: [-5, 5]}}\n", 0.01};
+  }
+
+  /// Agents that estimate the states of all, or their own place from how far others are away.
+  System observing_each_other() {
+    if (chance(0.5)) {
+      std::string rest = fmt::format("plant:\n  model: {{name: linear, A: [[{:.2f}]]}}\n  initial: {{x: {{uniform: [-1, 1]}}}}\n",
+                                     draws_.uniform(-1.0, 0.3));
+      rest += "  couplings: [{edge: 1 -> 2, A: [[0.5]], C: [[0.5]]}]\n";
+      return {"distributed_observer",
+              fmt::format(", mu: {}, weights: {}, F: 2", 5 + draws_.below(20), chance(0.5) ? "binary" : "in_degree"), rest, 0.001};
+    }
+    std::string relative;
+    for (std::size_t i = 2; i <= agents_; ++i) relative += fmt::format("{}{}: [{}]", i > 2 ? ", " : "", i, 1 + draws_.below(i - 1));
+    return {"cooperative_localization", ", F: -1",
+            "plant:\n  model: {name: integrator, dimension: 2}\n  initial: {position: {uniform: [-5, 5]}}\n  sensing: {relative: {" +
+                relative + "}, absolute: [1]}\n",
+            0.002};
+  }
+
+  /// Agents that estimate the state of one oscillator, of which each sees one of two numbers.
+  System observing_one_plant() {
+    std::string rest =
+        "plant:\n  model: {name: shared_linear, A: [[0, 1], [-1, 0]], C: [[1, 0]]}\n  initial: {x: {all: [1, 0]}}\n"
+        "  overrides: {2: {parameters: {C: [[0, 1]]}}}\n"
+        "  disturbances: [{on: state, gaussian: {intensity: 0.1}}, {on: measurement, gaussian: {intensity: 0.5}}]\n";
+    if (chance(0.5)) return {"dkf_olfati_saber", ", Q: 0.1, R: 0.5, gamma: 5", rest, 0.01};
+    return {"dlo_kim", ", gamma: 8, k: 1", rest, 0.01};
+  }
+
   bool chance(double probability) { return draws_.uniform() < probability; }
   unsigned round() { return static_cast<unsigned>(1 + draws_.below(rounds_ - 2)); }
 

@@ -39,8 +39,13 @@ struct Settings {
   bool tuned = false;          ///< slower acknowledgements and heartbeats: halves a dense start-up of ~100 processes, and
                                ///< adds 1 s to a small one and delays repair of real losses
   double transmit_loss = 0.0;  ///< this share of all outgoing packets, discovery's too, is thrown away at random before the socket
+  std::optional<std::chrono::milliseconds> writer_linger{};  ///< how long a writer that ends waits for acknowledgements; Cyclone: 1 s.
+                                                             ///< Of a reader that died without a word they never come
   std::optional<std::size_t> writer_high_watermark{};  ///< bytes a writer may hold unacknowledged before a write waits; Cyclone: 500 kB
 };
+
+/// For spdp_interval where packets are lost: whoever is not heard of when it appears is heard of a moment later.
+constexpr std::chrono::milliseconds kAnnounceAgain{1000};
 
 /// Ports a process in neighbours mode uses: this one for discovery and the next one for data. `port_base` counts from the domain's ports,
 /// as all of Cyclone's numbers do. Keep bases 4 apart and results under 32768, where the kernel's own port numbers begin.
@@ -115,6 +120,7 @@ inline std::string internal(const Settings& settings) {
         "<PreEmptiveAckDelay>1s</PreEmptiveAckDelay><AckDelay>200ms</AckDelay><NackDelay>500ms</NackDelay>"
         "<HeartbeatInterval min=\"200ms\" minsched=\"1s\" max=\"8s\">1s</HeartbeatInterval>";
   }
+  if (settings.writer_linger) content += element("WriterLingerDuration", milliseconds(*settings.writer_linger));
   if (settings.writer_high_watermark) {
     // The mark starts at its own, low, initial value and adapts, unless told otherwise.
     const std::string bytes = std::to_string(*settings.writer_high_watermark) + "B";
