@@ -56,7 +56,10 @@ double spectral_norm(const Matrix& a) {
 }
 
 Matrix inverse(const Matrix& A) { return A.partialPivLu().inverse(); }
-Matrix solve(const Matrix& A, const Matrix& B) { return A.partialPivLu().solve(B); }
+Matrix solve(const Matrix& A, const Matrix& B) {
+  if (B.size() == 0) return B;  // Eigen would look at its first number
+  return A.partialPivLu().solve(B);
+}
 Vector solve(const Matrix& A, const Vector& b) { return A.partialPivLu().solve(b); }
 
 }  // namespace consort

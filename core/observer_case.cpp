@@ -88,7 +88,7 @@ void localise(const Matrix& C, const Matrix& F, const std::vector<std::size_t>& 
   const Eigen::Index p = C.rows(), n = C.cols();
   const auto channels = static_cast<Eigen::Index>(from.size()) + (absolute ? 1 : 0);
   agent.C = (-C).replicate(channels, 1);
-  agent.F = F.replicate(1, channels);
+  agent.F = F.replicate(1, channels).eval();  // F may be agent.F
   if (channels == 0) {
     agent.C.resize(0, n);
     agent.F.resize(n, 0);

@@ -67,6 +67,24 @@ TEST(ProcessEvents, WhoLeavesMayJoinAgainAndAgainInEveryRunOfASession) {
   expect_same_traces(run_over_dds(experiment), simulated);
 }
 
+TEST(ProcessEvents, WhoComesBackWaitsForNobodyThatIsNotThere) {
+  // When agent 5 does, agent 3 has left, agent 1 is dead for good, and agent 4 is still to come back.
+  const std::string events =
+      "events: [{round: 20, leave: 3}, {round: 25, kill: 1}, {round: 30, kill: 4}, {round: 40, kill: 5}, {round: 60, restart: 5}, "
+      "{round: 90, restart: 4}]\n";
+  constexpr const char* kObservers = R"(
+agents: {count: 5, protocol: {name: distributed_observer, mu: 5, weights: binary, F: 2}}
+topology: complete
+plant: {model: {name: linear, A: [[-0.1]]}, initial: {x: {uniform: [-1, 1]}}, couplings: [{edge: 1 -> 2, A: [[0.5]], C: [[0.5]]}]}
+)";
+  for (const char* team : {kTeam, kObservers}) {
+    SCOPED_TRACE(team);
+    Experiment experiment = case_of(team + events);
+    if (team == kObservers) experiment.dt = 0.001;
+    expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+  }
+}
+
 TEST(ProcessEvents, AnObserverThatIsRestartedIsToldAgainWhatOthersAnnounced) {
   Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "observer_join.yaml");
   experiment.rounds = 1200;
