@@ -32,21 +32,21 @@ SymmetricEigen symmetric_eigen(const Matrix& K, const Matrix& M, std::string_vie
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-GeneralEigen eigen(const Matrix& a) {
+GeneralEigen eigen(const Matrix& a, std::string_view what) {
   const Eigen::EigenSolver<Matrix> solver(a);
-  require_success(solver, "a matrix", a.rows());
+  require_success(solver, what, a.rows());
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-Eigen::VectorXcd eigenvalues(const Matrix& a) {
+Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what) {
   const Eigen::EigenSolver<Matrix> solver(a, false);
-  require_success(solver, "a matrix", a.rows());
+  require_success(solver, what, a.rows());
   return solver.eigenvalues();
 }
 
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a) {
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what) {
   const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(a, false);
-  require_success(solver, "a complex matrix", a.rows());
+  require_success(solver, what, a.rows());
   return solver.eigenvalues();
 }
 

@@ -17,14 +17,14 @@ Vector symmetric_eigenvalues(const Matrix& a);
 /// K phi = lambda M phi, K and M symmetric, M > 0; phi'M phi = 1. Throws RunError, which says `what`, if the iteration does not converge.
 SymmetricEigen symmetric_eigen(const Matrix& K, const Matrix& M, std::string_view what);
 
-/// Of a square matrix, in no order. Throw RunError if the iteration does not converge.
+/// Of a square matrix, in no order. Throw RunError, which says `what`, if the iteration does not converge.
 struct GeneralEigen {
   Eigen::VectorXcd values;
   Eigen::MatrixXcd vectors;
 };
-GeneralEigen eigen(const Matrix& a);
-Eigen::VectorXcd eigenvalues(const Matrix& a);
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a);
+GeneralEigen eigen(const Matrix& a, std::string_view what);
+Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what);
+Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what);
 
 /// The largest singular value; 0 of a matrix without entries.
 double spectral_norm(const Matrix& a);

@@ -77,7 +77,7 @@ Decay decay_of(const MinimumEnergyNetwork& network) {
   constexpr double kTimeConstants = 10.0;
   const Eigen::Index size = network.F.rows(), n = size / 2;
   // Eigenvalues on the space of deviations: without the one that is zero.
-  const Eigen::VectorXcd spectrum = eigenvalues(network.F);
+  const Eigen::VectorXcd spectrum = eigenvalues(network.F, "F (23)");
   Eigen::Index zero = 0;
   spectrum.cwiseAbs().minCoeff(&zero);
   double slowest = std::numeric_limits<double>::infinity();

@@ -99,7 +99,7 @@ std::vector<std::complex<double>> laplacian_spectrum(const Graph& graph) {
   if (undirected(graph)) {
     for (const double value : symmetric_eigenvalues(l)) spectrum.emplace_back(value, 0.0);
   } else {
-    for (const std::complex<double> value : eigenvalues(l)) spectrum.push_back(value);
+    for (const std::complex<double> value : eigenvalues(l, "the Laplacian")) spectrum.push_back(value);
   }
   std::sort(spectrum.begin(), spectrum.end(),
             [](const auto& a, const auto& b) { return std::pair(a.real(), a.imag()) < std::pair(b.real(), b.imag()); });

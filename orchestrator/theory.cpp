@@ -210,7 +210,7 @@ class Examination {
   // Y_i x_i, so both line up with the left Perron vector w of I + g: limit (sum w_i Y_i)^-1 sum w_i Y_i x_i.
   [[nodiscard]] Vector kalman_limit() const {
     const auto n = static_cast<Eigen::Index>(experiment_.agents);
-    const auto [values, vectors] = eigen((Matrix::Identity(n, n) + adjacency(graph())).transpose());
+    const auto [values, vectors] = eigen((Matrix::Identity(n, n) + adjacency(graph())).transpose(), "I + g");
     Eigen::Index largest = 0;
     values.real().maxCoeff(&largest);
     const Vector w = vectors.col(largest).real().cwiseAbs();

@@ -221,7 +221,7 @@ class AdaptiveExamination {
       const Values model = physics.knowledge(agent_at(0)), none;
       gains = consensus_gains(choice_.name, gains_of(choice_.parameters),
                               Setup{agent_at(0), experiment_.agents, experiment_.dt, none, model, physics.measurement_size(agent_at(0))});
-      const Eigen::VectorXcd of_KB = eigenvalues(Matrix(gains.K * *model.find("B")));
+      const Eigen::VectorXcd of_KB = eigenvalues(Matrix(gains.K * *model.find("B")), "K B");
       stiffness = largest_modulus({of_KB.begin(), of_KB.end()});
     }
     if (choice_.name == "yu_consensus") stiffness = choice_.parameters.scalar("beta", 1.0);

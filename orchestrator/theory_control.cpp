@@ -143,7 +143,7 @@ class ControlExamination {
       double largest = 0.0;
       for (const Complex& lambda : spectrum) {
         const Eigen::MatrixXcd loop = exact.A.cast<Complex>() - (largest_c * lambda) * (exact.B * K).cast<Complex>();
-        largest = std::max(largest, eigenvalues(loop).cwiseAbs().maxCoeff());
+        largest = std::max(largest, eigenvalues(loop, "Ad - c lambda Bd K").cwiseAbs().maxCoeff());
       }
       return largest;
     };
@@ -168,7 +168,7 @@ class ControlExamination {
       weights.push_back(minimum_energy_weights(experiment_.parameters_of(choice_, agent_at(i))));
     Seconds bound = std::numeric_limits<double>::infinity();
     for (const Graph* graph : all) {
-      const Eigen::VectorXcd spectrum = eigenvalues(minimum_energy_network(*graph, weights).F);
+      const Eigen::VectorXcd spectrum = eigenvalues(minimum_energy_network(*graph, weights).F, "F (23)");
       bound = std::min(bound, euler_bound(without_zero({spectrum.begin(), spectrum.end()})));
     }
     step_finding("Euler's rule", bound, "from the eigenvalues of F (23) with stationary gains");
