@@ -25,6 +25,22 @@ KnownModel known_model(const Values& model, const Values& input, std::size_t age
 
 }  // namespace
 
+void Everybody::Block::gather(const Vector& from, Vector& part) const {
+  Eigen::Index row = 0;
+  for (const auto& [where, n] : parts) {
+    part.segment(row, n) = from.segment(where, n);
+    row += n;
+  }
+}
+
+void Everybody::Block::scatter(const Vector& part, Vector& to) const {
+  Eigen::Index row = 0;
+  for (const auto& [where, n] : parts) {
+    to.segment(where, n) = part.segment(row, n);
+    row += n;
+  }
+}
+
 EverybodyDesign::EverybodyDesign(const Values& parameters, const Setup& setup, std::string_view protocol)
     : who("protocol " + std::string(protocol) + ": agent " + std::to_string(setup.self.value)),
       self(setup.self),
@@ -34,6 +50,7 @@ EverybodyDesign::EverybodyDesign(const Values& parameters, const Setup& setup, s
       weights(consensus_weights(parameters)),
       mu(coupling_gain(parameters, setup.agents, own.A, who)),
       inputs_known(parameters.scalar("inputs", 0.0) == 0.0),
+      scheme(sampled_scheme(parameters)),
       patience(patience_of(parameters, who)) {
   check(slot >= n(), "the largest state of all agents is at least an agent's own");
 }
@@ -61,8 +78,9 @@ Everybody::Everybody(const EverybodyDesign& design, const Setup& setup)
       u_(Vector::Zero(design.own.B.cols())),
       heard_(Vector::Constant(design.agents, kNobody)),
       known_(setup.agents),
-      pull_(bar_at_),
-      weight_(design.agents) {
+      pull_(bar_at_ + slot_),
+      weight_(design.agents),
+      last_weight_(Vector::Zero(design.agents)) {
   const Vector x = setup.initial.has("x") ? setup.initial.vector("x") : Vector::Zero(n_);
   if (x.size() != n_)
     throw ConfigError(design.who + ": found an initial x of length " + std::to_string(x.size()) + "; allowed: the length of its state, " +
@@ -97,13 +115,13 @@ void Everybody::take_up(const EverybodyDesign& design, AgentId j, const Values& 
   }
   estimate_.segment(at(j), n) = sum / std::max(tellers, 1.0);
   known_[index_of(j)] = std::move(model);
-  blocks_.clear();
+  replan();
 }
 
 void Everybody::forget(AgentId j) {
   estimate_.segment(at(j), slot_).setConstant(kAbsent);
   known_[index_of(j)].reset();
-  blocks_.clear();
+  replan();
 }
 
 void Everybody::meet(const EverybodyDesign& design, const Sense& sense) {
@@ -124,7 +142,12 @@ void Everybody::meet(const EverybodyDesign& design, const Sense& sense) {
   }
 }
 
-void Everybody::correct(const EverybodyDesign& design, const Sense& sense, const Vector& innovation) {
+void Everybody::replan() {
+  blocks_.clear();
+  last_weight_.setZero();
+}
+
+void Everybody::hear(const EverybodyDesign& design, const Sense& sense) {
   pull_.setZero();
   weight_.setZero();
   const std::size_t in_degree = sense.in_neighbours.size();
@@ -145,27 +168,38 @@ void Everybody::correct(const EverybodyDesign& design, const Sense& sense, const
   const double w_i0 = consensus_weight(design.weights, 1.0, in_degree + 1, 1);
   pull_.segment(at(self_), n_) += w_i0 * (bar() - hat(self_));
   weight_[own] += w_i0;
+}
+
+void Everybody::correct(const EverybodyDesign& design, Seconds dt, const Vector& innovation) {
   for (Eigen::Index j = 0; j < weight_.size(); ++j) {
     const AgentId agent = agent_at(static_cast<std::size_t>(j));
     if (!(weight_[j] > 0.0)) continue;
     const Eigen::Index n = known_[index_of(agent)]->A.rows();
-    estimate_.segment(at(agent), n) -= std::expm1(-design.mu * weight_[j] * sense.dt) / weight_[j] * pull_.segment(at(agent), n);
+    estimate_.segment(at(agent), n) -= std::expm1(-design.mu * weight_[j] * dt) / weight_[j] * pull_.segment(at(agent), n);
   }
-  estimate_.segment(bar_at_, n_) += sense.dt * innovation;
+  estimate_.segment(bar_at_, n_) += dt * innovation;
+}
+
+void Everybody::correct_further(Block& block, double mu, Seconds dt) {
+  double d = 0.0;
+  for (const std::size_t j : block.members) d = std::max(d, weight_[static_cast<Eigen::Index>(j)]);
+  const Relaxation weight = relaxation(mu * d, dt);
+  block.gather(pull_, block.drive);
+  if (weight_ != last_weight_) block.left = block.drive;
+  const Vector added = weight.now * block.drive + weight.growth * (block.drive - block.left);
+  block.x += added;
+  block.left.noalias() = block.step * (block.drive - mu * d * added);
 }
 
 void Everybody::plan(const EverybodyDesign& design, Seconds dt) {
-  // Agents that are coupled, directly or through others, move together; the rest each for itself.
-  std::vector<std::size_t> group(known_.size());
-  for (std::size_t j = 0; j < group.size(); ++j) group[j] = j;
+  // Agents that are coupled move together; the rest each for itself.
+  std::vector<Edge> couplings;
   for (std::size_t j = 0; j < known_.size(); ++j) {
     if (!known_[j]) continue;
-    for (const auto& [l, A_jl] : known_[j]->A_from) {
-      if (!knows(l)) continue;
-      const std::size_t from = group[index_of(l)], to = group[j];
-      std::replace(group.begin(), group.end(), from, to);
-    }
+    for (const auto& [l, A_jl] : known_[j]->A_from)
+      if (knows(l)) couplings.push_back({l, agent_at(j)});
   }
+  const std::vector<std::size_t> group = coupled_groups(known_.size(), couplings);
   for (std::size_t g = 0; g < group.size(); ++g) {
     std::vector<std::size_t> members;
     for (std::size_t j = 0; j < group.size(); ++j)
@@ -176,6 +210,7 @@ void Everybody::plan(const EverybodyDesign& design, Seconds dt) {
 
 Everybody::Block Everybody::block_of(const EverybodyDesign& design, const std::vector<std::size_t>& members, Seconds dt) const {
   Block block;
+  block.members = members;
   std::vector<std::size_t> whose;  // of each part
   std::vector<Eigen::Index> begin(known_.size(), 0);
   Eigen::Index size = 0, inputs = 0;
@@ -211,33 +246,34 @@ Everybody::Block Everybody::block_of(const EverybodyDesign& design, const std::v
   const Discrete exact = discretise(A, inputs > 0 ? B : Matrix(), {}, dt);
   block.step = exact.A;
   block.gain = inputs > 0 ? exact.B : Matrix(size, 0);
-  block.x.resize(size);
+  for (Vector* part : {&block.x, &block.drive, &block.left}) part->resize(size);
   block.u.resize(inputs);
   return block;
 }
 
 void Everybody::correct_and_predict(const EverybodyDesign& design, const Sense& sense, const Vector& innovation) {
-  correct(design, sense, innovation);
+  hear(design, sense);
+  const bool second_order = design.scheme == SampledScheme::second_order;
+  if (second_order) {
+    pull_ *= design.mu;
+    pull_.segment(bar_at_, n_) = innovation;
+  } else {
+    correct(design, sense.dt, innovation);
+  }
   if (blocks_.empty()) plan(design, sense.dt);
   const Seconds t = static_cast<double>(sense.k) * sense.dt;
   u_ = design.own.input.at(t);
   for (Block& block : blocks_) {
-    Eigen::Index row = 0;
-    for (const auto& [where, n] : block.parts) {
-      block.x.segment(row, n) = estimate_.segment(where, n);
-      row += n;
-    }
+    block.gather(estimate_, block.x);
+    if (second_order) correct_further(block, design.mu, sense.dt);
     for (const auto& [j, where] : block.inputs) {
       const InputLaw& law = known_[index_of(j)]->input;
       block.u.segment(where, law.amplitude.size()) = law.at(t);
     }
     block.x = (block.step * block.x + block.gain * block.u).eval();
-    row = 0;
-    for (const auto& [where, n] : block.parts) {
-      estimate_.segment(where, n) = block.x.segment(row, n);
-      row += n;
-    }
+    block.scatter(block.x, estimate_);
   }
+  last_weight_ = weight_;
   for (Eigen::Index c = 0; c < bar_at_; ++c) sent_[c] = is_absent(estimate_[c]) ? 0.0 : estimate_[c];
 }
 

@@ -7,6 +7,10 @@
 ///     bar_i     += dt F_i (innovation)
 /// d is the sum of the weights; then the exact model of x' = A x + B u over dt, with the couplings A_jl between those that are known. The
 /// consensus part is stable however large mu is, the whole first-order accurate in dt.
+/// `scheme: second_order` (method ETD2 of Cox and Matthews 2002, J. Comput. Phys. 176) lets N, which is mu [...] above or F_i (innovation),
+/// grow as it did since the round before, that round moved along with the model. With r = mu d, the largest of estimates that are coupled:
+///     estimate += dt phi_1(-r dt) N + dt phi_2(-r dt) (growth of N)
+/// where the same agents are heard with the same weights as in the round before, and without growth elsewhere.
 ///
 /// Who is there: a message says for every agent j the newest round in which j was heard of, which travels by maximum. An agent takes up j
 /// when it hears of it, at the mean of what its in-neighbours tell, and forgets j once nothing newer than m - 1 + patience rounds has come,
@@ -40,6 +44,7 @@ inline constexpr std::array kEverybodyParameters{
     ValueDoc{"input_amplitude", "scalar or vector m", "0", "u_i(t) = amplitude sin(frequency t + phase)"},
     ValueDoc{"input_frequency", "scalar", "1", "rad/s"},
     ValueDoc{"input_phase", "scalar or vector m", "0", "rad"},
+    ValueDoc{"scheme", "one of first_order, second_order", "first_order", "accuracy in dt; the second for mu dt of the order of 1 at most"},
     ValueDoc{"patience", "scalar", "0", "rounds without news beyond the necessary before an agent counts as gone; for links that lose"}};
 
 template <std::size_t N>
@@ -59,6 +64,7 @@ struct EverybodyDesign {
   ConsensusWeights weights = ConsensusWeights::binary;
   double mu = 1.0;
   bool inputs_known = true;
+  SampledScheme scheme = SampledScheme::first_order;
   Round patience = 0;
 
   /// Throws ConfigError without a linear model and on parameters that make no sense.
@@ -120,14 +126,22 @@ class Everybody {
   /// Estimates that move together: x+ = step x + gain u.
   struct Block {
     std::vector<std::pair<Eigen::Index, Eigen::Index>> parts;  // where in estimate_, how long
+    std::vector<std::size_t> members;                          // whose, as indices
     std::vector<std::pair<AgentId, Eigen::Index>> inputs;      // whose, where in u
     Matrix step, gain;
     Vector x, u;
+    Vector drive, left;  // second order: N of this round, and that of the last one, moved along
+
+    void gather(const Vector& from, Vector& part) const;
+    void scatter(const Vector& part, Vector& to) const;
   };
   void meet(const EverybodyDesign& design, const Sense& sense);
   void take_up(const EverybodyDesign& design, AgentId j, const Values& told);
   void forget(AgentId j);
-  void correct(const EverybodyDesign& design, const Sense& sense, const Vector& innovation);
+  void replan();
+  void hear(const EverybodyDesign& design, const Sense& sense);
+  void correct(const EverybodyDesign& design, Seconds dt, const Vector& innovation);
+  void correct_further(Block& block, double mu, Seconds dt);
   void plan(const EverybodyDesign& design, Seconds dt);
   [[nodiscard]] Block block_of(const EverybodyDesign& design, const std::vector<std::size_t>& members, Seconds dt) const;
   [[nodiscard]] Eigen::Index at(AgentId j) const { return static_cast<Eigen::Index>(index_of(j)) * slot_; }
@@ -139,7 +153,8 @@ class Everybody {
   std::vector<std::optional<KnownModel>> known_;  // by agent: of those that are estimated
   std::vector<Block> blocks_;                     // empty: to be planned
   std::vector<HeardOfEverybody> inbox_;           // of this round
-  Vector pull_, weight_;                          // of this round: by slot, by agent
+  Vector pull_, weight_;                          // of this round: as in estimate_, by agent
+  Vector last_weight_;                            // by agent; zero: blocks have nothing left of a round before
 };
 
 }  // namespace consort

@@ -3,6 +3,7 @@
 #include "core/errors.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -49,6 +50,9 @@ Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what) {
   require_success(solver, what, a.rows());
   return solver.eigenvalues();
 }
+
+Vector singular_values(const Matrix& a) { return Eigen::BDCSVD<Matrix>(a).singularValues(); }
+Vector singular_values(const Eigen::MatrixXcd& a) { return Eigen::JacobiSVD<Eigen::MatrixXcd>(a).singularValues(); }
 
 double spectral_norm(const Matrix& a) {
   if (a.size() == 0) return 0.0;

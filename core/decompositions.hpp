@@ -26,6 +26,9 @@ GeneralEigen eigen(const Matrix& a, std::string_view what);
 Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what);
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what);
 
+/// Descending.
+Vector singular_values(const Matrix& a);
+Vector singular_values(const Eigen::MatrixXcd& a);
 /// The largest singular value; 0 of a matrix without entries.
 double spectral_norm(const Matrix& a);
 

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace consort {
 namespace {
@@ -71,7 +72,63 @@ void add_consensus(const ObservedSystem& system, Gain&& gain, Matrix& out) {
   }
 }
 
+/// mu d of every error, the largest among those that move together.
+Vector relaxation_rates(const ObservedSystem& system) {
+  std::vector<Edge> couplings;
+  for (std::size_t j = 0; j < system.agents.size(); ++j)
+    for (const auto& [l, A_jl] : system.agents[j].A_from) couplings.push_back({l, agent(j)});
+  const std::size_t m = system.agents.size();
+  const std::vector<std::size_t> group = coupled_groups(m, couplings);
+  Matrix rate = Matrix::Zero(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(m));  // agent x group
+  for (std::size_t j = 0; j < m; ++j) {
+    auto of_group = rate.col(static_cast<Eigen::Index>(group[j]));
+    of_group = of_group.cwiseMax(system.mu * consensus_matrix(system.communication, agent(j), system.weights).diagonal()).eval();
+  }
+  Vector out(system.error_size());
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t j = 0; j < m; ++j)
+      out.segment(system.at_hat(agent(i), agent(j)), system.agents[j].A.rows())
+          .setConstant(rate(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(group[j])));
+    out.segment(system.at_bar(agent(i)), system.agents[i].A.rows())
+        .setConstant(rate(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(group[i])));
+  }
+  return out;
+}
+
+/// [E; M] with N E what drives the errors beside the model, and M the N of the round before, moved along:
+///     E+ = P (E + now N E + growth (N E - M)),    M+ = P (N E - rate (what was added to E))
+Matrix second_order_matrix(const ObservedSystem& system, Seconds h) {
+  const Eigen::Index size = system.error_size();
+  const Matrix P = matrix_exponential(prediction(system), h), I = Matrix::Identity(size, size),
+               N = error_matrix(system) - prediction(system);
+  const Vector rate = relaxation_rates(system);
+  const auto now = rate.unaryExpr([&](double r) { return relaxation(r, h).now; }).asDiagonal();
+  const auto growth = rate.unaryExpr([&](double r) { return relaxation(r, h).growth; }).eval();
+  const Matrix added = now * N + growth.asDiagonal() * N;
+  Matrix step(2 * size, 2 * size);
+  step << P * (I + added), -(P * growth.asDiagonal()),  //
+      P * (N - rate.asDiagonal() * added), P * rate.cwiseProduct(growth).asDiagonal();
+  return step;
+}
+
 }  // namespace
+
+Relaxation relaxation(double rate, Seconds h) {
+  const double x = rate * h;
+  if (x < 1e-5) return {h * (1.0 - x / 2.0), h * (0.5 - x / 6.0)};  // the next terms are below rounding, the differences would not be
+  const Seconds now = -std::expm1(-x) / rate;
+  return {now, (h - now) / x};
+}
+
+std::vector<std::size_t> coupled_groups(std::size_t agents, const std::vector<Edge>& couplings) {
+  std::vector<std::size_t> group(agents);
+  std::iota(group.begin(), group.end(), std::size_t{0});
+  for (const Edge& edge : couplings) {
+    const std::size_t from = group[index_of(edge.from)], to = group[index_of(edge.to)];
+    std::replace(group.begin(), group.end(), from, to);
+  }
+  return group;
+}
 
 double consensus_weight(ConsensusWeights rule, double edge, std::size_t heard, std::size_t listeners) {
   switch (rule) {
@@ -137,6 +194,7 @@ Matrix error_matrix(const ObservedSystem& system) {
 
 Matrix sampled_error_matrix(const ObservedSystem& system, Seconds h) {
   check(system.communication.agents() == system.agents.size(), "an observed system has one communication graph over all its agents");
+  if (system.scheme == SampledScheme::second_order) return second_order_matrix(system, h);
   Matrix correct = Matrix::Identity(system.error_size(), system.error_size()) + h * correction(system);
   add_consensus(
       system, [&](double d) { return d > 0.0 ? -std::expm1(-system.mu * d * h) / d : 0.0; }, correct);

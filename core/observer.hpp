@@ -40,6 +40,22 @@ struct ConsensusSpectrum {
 };
 ConsensusSpectrum consensus_spectrum(const Graph& communication, ConsensusWeights rule);
 
+/// How the correction of one round is carried over it.
+enum class SampledScheme {
+  first_order,  ///< as it stands at the beginning of the round; stable however large mu is
+  second_order  ///< growing as it did in the round before (ETD2); for mu h of the order of 1 at most
+};
+
+/// The weights of what drives an estimate, N, and of its growth since the round before, if N relaxes the estimate at `rate`
+/// (1/s): h phi_1(-rate h) and h phi_2(-rate h).
+struct Relaxation {
+  Seconds now = 0.0, growth = 0.0;
+};
+Relaxation relaxation(double rate, Seconds h);
+
+/// The numbers of groups of those that are coupled, directly or through others, by agent.
+std::vector<std::size_t> coupled_groups(std::size_t agents, const std::vector<Edge>& couplings);
+
 /// One agent of (1)-(2) and the gain it has chosen.
 struct ObservedAgent {
   Matrix A, B, C, F;                      ///< n x n, n x m, p x n, n x p; no rows in C: nothing measured
@@ -51,6 +67,7 @@ struct ObservedSystem {
   Graph communication;
   ConsensusWeights weights = ConsensusWeights::binary;
   double mu = 1.0;
+  SampledScheme scheme = SampledScheme::first_order;
 
   // Errors are estimate - truth, stacked: hat^(1), ..., hat^(m), bar_1, ..., bar_m, each hat^(i) agent after agent.
   [[nodiscard]] Eigen::Index error_size() const;
@@ -64,6 +81,7 @@ Matrix error_matrix(const ObservedSystem& system);
 
 /// What one round of the sampled scheme does to E: with the data of one moment, every estimate is corrected (bar_i by h F_i, hat_j^(i) by
 /// (1 - e^(-mu d h)) / d of its weighted differences, d the sum of the weights), then everything moves by the exact model over h.
+/// Second order: twice the size, for [E; what N of one round is compared with in the next].
 Matrix sampled_error_matrix(const ObservedSystem& system, Seconds h);
 
 /// What unknown inputs do to E if everybody knows its own alone (18): E' = R E + D u, D = -B_jj wherever i != j.

@@ -164,7 +164,10 @@ ObservedCase observed_case(const Experiment& experiment, const ProtocolChoice& c
     out.mu.push_back(coupling_gain(parameters, experiment.agents, *A, who));
     out.inputs.push_back(input_law(parameters, B->cols(), who));
     out.inputs_known = out.inputs_known && parameters.scalar("inputs", 0.0) == 0.0;
-    if (i == 0) out.system.weights = consensus_weights(parameters);
+    if (i == 0) {
+      out.system.weights = consensus_weights(parameters);
+      out.system.scheme = sampled_scheme(parameters);
+    }
     out.system.agents.push_back(std::move(agent));
   }
   out.system.mu = *std::min_element(out.mu.begin(), out.mu.end());

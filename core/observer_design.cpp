@@ -29,6 +29,10 @@ ConsensusWeights consensus_weights(const Values& parameters) {
   return static_cast<ConsensusWeights>(static_cast<int>(parameters.scalar("weights", 0.0)));
 }
 
+SampledScheme sampled_scheme(const Values& parameters) {
+  return static_cast<SampledScheme>(static_cast<int>(parameters.scalar("scheme", 0.0)));
+}
+
 double coupling_gain(const Values& parameters, std::size_t agents, const Matrix& A, const std::string& who) {
   const double rule = parameters.scalar("mu_rule", 0.0);
   double mu = parameters.scalar("mu", 1.0);

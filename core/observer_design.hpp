@@ -21,6 +21,8 @@ struct InputLaw {
 InputLaw input_law(const Values& values, Eigen::Index m, const std::string& who);
 /// From weights.
 ConsensusWeights consensus_weights(const Values& parameters);
+/// From scheme.
+SampledScheme sampled_scheme(const Values& parameters);
 /// From mu, or mu_rule and rho (default: the spectral radius of the agent's own A) for `agents` agents at most.
 double coupling_gain(const Values& parameters, std::size_t agents, const Matrix& A, const std::string& who);
 /// F (n x p) as a matrix or, for n = p, its diagonal or one number.

@@ -277,10 +277,11 @@ class ObserverExamination {
   void step(const Case& one) {
     const auto radius = [&](Seconds h) { return spectral_radius(sampled_error_matrix(one.of.system, h)); };
     const double now = radius(experiment_.dt);
+    const std::string_view order = one.of.system.scheme == SampledScheme::first_order ? "first" : "second";
     const Seconds bound = largest_stable_step(radius, std::min(experiment_.dt, 1e-3));
     add(now < 1.0 ? Verdict::holds : Verdict::fails, "dt is short enough for the sampled scheme",
         fmt::format("dt = {}, allowed below {}; spectral radius {}{}", text_of(experiment_.dt), text_of(bound), text_of(now), where(one)),
-        now < 1.0 ? "correct and predict once a round is stable, and first-order accurate in dt"
+        now < 1.0 ? fmt::format("correct and predict once a round is stable, and {}-order accurate in dt", order)
                   : "the sampled scheme is unstable: take a shorter dt");
   }
 

@@ -1,5 +1,6 @@
 #include "core/controllability.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/schur.hpp"
 #include "tests/core/cases.hpp"
 #include "tests/core/systems.hpp"
@@ -17,7 +18,7 @@ using namespace cases;
 double distance_from_rank_loss(const Matrix& A, const Matrix& B, std::complex<double> lambda) {
   Eigen::MatrixXcd pencil(A.rows(), A.rows() + B.cols());
   pencil << A - lambda * Matrix::Identity(A.rows(), A.rows()), B;
-  return Eigen::JacobiSVD<Eigen::MatrixXcd>(pencil).singularValues().tail(1)(0);
+  return singular_values(pencil).tail(1)(0);
 }
 
 /// A system in random coordinates whose last `rest` states the inputs do not reach.

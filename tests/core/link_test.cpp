@@ -1,5 +1,6 @@
 #include "core/link.hpp"
 
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 #include "tests/core/cases.hpp"
 
@@ -125,9 +126,9 @@ TEST(Noise, FactorReproducesEveryPositiveSemidefiniteMatrix) {
       z.col(k) = noise_of(draws, static_cast<Round>(k), n);
       noise.col(k) = noise_of(link, static_cast<Round>(k), n);
     }
-    const Matrix factor = noise * z.inverse();
+    const Matrix factor = noise * inverse(z);
     const double worst = (factor * factor.transpose() - covariance).cwiseAbs().maxCoeff();
-    const double condition = z.norm() * z.inverse().norm();
+    const double condition = z.norm() * inverse(z).norm();
     ASSERT_LT(worst, 1e-12 * condition * condition * covariance.norm()) << factor * factor.transpose() << "\n\n" << covariance;
   }
 }

@@ -216,5 +216,21 @@ TEST(Observer, TheSampledSchemeTendsToTheContinuousError) {
   EXPECT_NEAR((after(.001, 2) - exact) / (after(.002, 2) - exact), 0.5, 0.01) << "first order";
 }
 
+TEST(Observer, TheSecondOrderSchemeTendsToTheContinuousErrorFaster) {
+  for (const ObservedSystem& system : {second_order(different()), second_order(alike_three())}) {
+    const Vector start = start_error(system, system.mu == 10.0 ? different_start() : Vector{{.5, -.5, .5, -.5, .5, -.5}});
+    const Vector exact = matrix_exponential(error_matrix(system), 1.0) * start;
+    const auto deviation = [&](double h) {
+      const Matrix step = sampled_error_matrix(system, h);
+      Vector e = second_order_start(system, start);
+      for (int k = 0; k < static_cast<int>(std::lround(1.0 / h)); ++k) e = step * e;
+      return (e.head(start.size()) - exact).norm();
+    };
+    EXPECT_NEAR(deviation(1e-4) / deviation(2e-4), 0.25, 0.02);
+    EXPECT_LT(spectral_radius(sampled_error_matrix(system, 1e-3)), 1.0);
+  }
+  EXPECT_GT(spectral_radius(sampled_error_matrix(second_order(alike_three()), 1e-2)), 1.0) << "mu h = 5.7";
+}
+
 }  // namespace
 }  // namespace consort

@@ -1,6 +1,7 @@
 #pragma once
 /// Random linear systems and slow, simple second implementations for the tests of the matrix equations.
 
+#include "core/decompositions.hpp"
 #include "core/errors.hpp"
 #include "core/random.hpp"
 #include "core/types.hpp"
@@ -17,7 +18,8 @@ inline Eigen::Index random_size(Stream& stream, std::uint64_t largest) { return 
 
 /// Orthogonal, n x n.
 inline Matrix random_rotation(Stream& stream, Eigen::Index n) {
-  return Eigen::HouseholderQR<Matrix>(random_matrix(stream, n, n)).householderQ();
+  const Matrix a = random_matrix(stream, n, n);
+  return symmetric_eigen(a + a.transpose()).vectors;
 }
 
 /// Symmetric positive semidefinite of the given rank.
@@ -41,13 +43,13 @@ inline Matrix lyapunov_operator(const Matrix& A) {
 
 /// X with A X + X A' + Q = 0, as n^2 linear equations.
 inline Matrix lyapunov_by_kronecker(const Matrix& A, const Matrix& Q) {
-  const Vector x = lyapunov_operator(A).fullPivLu().solve(-Vector(Q.reshaped()));
+  const Vector x = solve(lyapunov_operator(A), Vector(-Q.reshaped()));
   return x.reshaped(A.rows(), A.rows());
 }
 
 /// How much the equation above may magnify rounding.
 inline double lyapunov_condition(const Matrix& A) {
-  const Vector values = Eigen::BDCSVD<Matrix>(lyapunov_operator(A)).singularValues();
+  const Vector values = singular_values(lyapunov_operator(A));
   return values(0) / values(values.size() - 1);
 }
 

@@ -1,5 +1,6 @@
 #include "orchestrator/theory_observer.hpp"
 
+#include "core/observer.hpp"
 #include "orchestrator/script.hpp"
 
 #include <gtest/gtest.h>
@@ -52,6 +53,8 @@ TEST(TheoryObserver, FindsAllConditionsOf51True) {
 
 TEST(TheoryObserver, FindsTheLongestStep) {
   Experiment e = shipped("observer_mas");
+  EXPECT_SAYS("second-order accurate", only(e, "dt is short enough").consequence);
+  e.protocols[0].parameters.set("scheme", static_cast<double>(SampledScheme::first_order));
   e.dt = 0.1;
   EXPECT_SAYS("spectral radius 0.966", only(e, "dt is short enough").evidence);
   e.dt = 0.2;

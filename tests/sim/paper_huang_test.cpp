@@ -36,6 +36,25 @@ TEST(DistributedObserver, TheProtocolIsTheSampledScheme) {
   }
 }
 
+TEST(DistributedObserver, TheProtocolIsTheSecondOrderSchemeToo) {
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    Stream stream = Seed{seed}.stream(Purpose{"observed system"});
+    const ObservedSystem system = second_order(random_observed_system(stream));
+    const Vector x = Vector::NullaryExpr(system.states(), [&] { return stream.uniform(-1.0, 1.0); });
+    const Trace trace = run(experiment_of(system, x, 0.01, 0.2, 0.1));
+    const Matrix step = sampled_error_matrix(system, 0.01);
+    Vector e = second_order_start(system, start_error(system, x));
+    for (int k = 1; k <= 20; ++k) {
+      e = step * e;
+      if (k % 10 == 0) {
+        ASSERT_LT((whole_error(trace, static_cast<std::size_t>(k / 10)) - e.head(system.error_size())).norm(), 1e-11 * (1.0 + e.norm()))
+            << k;
+      }
+    }
+  }
+}
+
 TEST(DistributedObserver, ErrorsOf51AreThoseOfTheSampledSchemeStated) {
   const Trace trace = run(experiment_of(different(), different_start(), .01, 10, 1));
   EXPECT_NEAR(whole_error(trace, 1).norm(), 1.0922, 5e-5);
@@ -44,15 +63,29 @@ TEST(DistributedObserver, ErrorsOf51AreThoseOfTheSampledSchemeStated) {
   EXPECT_NEAR(whole_error(trace, 10).norm(), .000377, 5e-7);
 }
 
+/// With 1 ms: the first order within 1 % up to 2 s, then it is 4 % and 9 % off; the second order to the end.
 TEST(DistributedObserver, ErrorsOf51AreTheOnesStatedWithin1Percent) {
-  const Trace trace = run(experiment_of(different(), different_start(), 2e-4, 5, 1));
-  EXPECT_LT(relative(whole_error(trace, 1).norm(), 1.052594), .01);
-  EXPECT_LT(relative(whole_error(trace, 2).norm(), 0.553408), .01);
+  const Trace first = run(experiment_of(different(), different_start(), .001, 2, 1));
+  const Trace trace = run(experiment_of(second_order(different()), different_start(), .001, 10, 1));
+  for (const Trace* either : {&first, &trace}) {
+    EXPECT_LT(relative(whole_error(*either, 1).norm(), 1.052594), .01);
+    EXPECT_LT(relative(whole_error(*either, 2).norm(), 0.553408), .01);
+  }
   EXPECT_LT(relative(whole_error(trace, 5).norm(), 0.041092), .01);
+  EXPECT_LT(relative(whole_error(trace, 10).norm(), 0.000159), .01);
+}
+
+TEST(DistributedObserver, ErrorsOf51OnOtherGraphsAreTheOnesStatedWithin1Percent) {
+  const Graph chain = graph(3, {{1, 2}, {2, 1}, {2, 3}, {3, 2}});
+  const auto at_ten_seconds = [](const Graph& communication) {
+    return whole_error(run(experiment_of(second_order(different(communication)), different_start(), .001, 10, 10)), 1).norm();
+  };
+  EXPECT_LT(relative(at_ten_seconds(chain), 0.002836), .01);
+  EXPECT_LT(relative(at_ten_seconds(complete(3)), 3.2e-5), .02) << "two digits are stated";
 }
 
 TEST(DistributedObserver, ErrorsOfAgentsThatAreAlikeAreTheOnesStatedWithin1Percent) {
-  const Trace trace = run(experiment_of(alike_three(), Vector{{.5, -.5, .5, -.5, .5, -.5}}, 2e-4, 5, 1));
+  const Trace trace = run(experiment_of(second_order(alike_three()), Vector{{.5, -.5, .5, -.5, .5, -.5}}, .001, 5, 1));
   EXPECT_LT(relative(whole_error(trace, 1).norm(), 0.274361), .01);
   EXPECT_LT(relative(whole_error(trace, 2).norm(), 0.033038), .01);
   EXPECT_LT(relative(whole_error(trace, 5).norm(), 9.5e-6), .02) << "two digits are stated";

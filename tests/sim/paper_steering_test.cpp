@@ -1,5 +1,6 @@
 // Knotek, "Distributed estimation and control of multi-agent systems" (thesis), chapter 2: local voting, leaders, static consensus.
 
+#include "core/decompositions.hpp"
 #include "core/metrics.hpp"
 #include "core/riccati.hpp"
 #include "sim/world.hpp"
@@ -7,7 +8,6 @@
 #include "tests/support/seeds_data.hpp"
 
 #include <gtest/gtest.h>
-#include <Eigen/Eigenvalues>
 
 #include <cmath>
 #include <numbers>
@@ -73,7 +73,7 @@ TEST(LocalVoting, ALeaderIsFollowedToItsValueAtTheRateOf216) {
   const Metrics m = compute_metrics(e, e.seed, e.protocols[0], trace);
   EXPECT_NEAR(m.at("leader_error"), delta.cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_NEAR(m.at("predicted_value"), 10.0, 1e-12);
-  EXPECT_GT(Eigen::EigenSolver<Matrix>(pinned).eigenvalues().real().minCoeff(), 0.0) << "L + G is a nonsingular M-matrix";
+  EXPECT_GT(eigenvalues(pinned, "L + G").real().minCoeff(), 0.0) << "L + G is a nonsingular M-matrix";
 }
 
 TEST(LocalVoting, AgreesInEveryComponentOfAPlane) {
@@ -106,7 +106,7 @@ double abscissa(const Graph& graph, double c) {
   double largest = -1e300;
   for (const auto& lambda : spectrum) {
     const Eigen::MatrixXcd loop = plant.A.cast<std::complex<double>>() - c * lambda * (plant.B * plant.K).cast<std::complex<double>>();
-    largest = std::max(largest, Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(loop).eigenvalues().real().maxCoeff());
+    largest = std::max(largest, eigenvalues(loop, "the loop").real().maxCoeff());
   }
   return largest;
 }
@@ -115,7 +115,7 @@ TEST(StaticConsensus, DoubleIntegratorHasTheGainAndThePolesStated) {
   const DoubleIntegrator plant;
   EXPECT_NEAR(plant.K(0, 0), 1.0, 1e-12);
   EXPECT_NEAR(plant.K(0, 1), std::numbers::sqrt3, 1e-12);
-  const Eigen::VectorXcd poles = Eigen::EigenSolver<Matrix>(plant.A - plant.B * plant.K).eigenvalues();
+  const Eigen::VectorXcd poles = eigenvalues(Matrix(plant.A - plant.B * plant.K), "the loop");
   EXPECT_NEAR(poles[0].real(), -0.866025, 1e-6);
   EXPECT_NEAR(std::abs(poles[0].imag()), 0.5, 1e-9);
 }

@@ -49,6 +49,20 @@ inline Vector start_error(const ObservedSystem& system, const Vector& x) {
   return -x.replicate(static_cast<Eigen::Index>(system.agents.size()) + 1, 1);
 }
 
+/// [E; M] in round 0, where N has not grown: M is N E.
+inline Vector second_order_start(const ObservedSystem& system, const Vector& e) {
+  ObservedSystem model = system;
+  model.mu = 0.0;
+  for (ObservedAgent& agent : model.agents) agent.F.setZero();
+  Vector out(2 * e.size());
+  out << e, (error_matrix(system) - error_matrix(model)) * e;
+  return out;
+}
+inline ObservedSystem second_order(ObservedSystem system) {
+  system.scheme = SampledScheme::second_order;
+  return system;
+}
+
 /// 5.2 (given positions): six integrators in the plane; agents of an undirected ring (fixture).
 inline Matrix positions() { return Matrix{{5, 7}, {3, 4}, {5, 2}, {10, 2}, {12, 4}, {10, 7}}; }
 inline Graph ring_of_six() {

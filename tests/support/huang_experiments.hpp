@@ -30,6 +30,7 @@ inline Experiment experiment_of(const ObservedSystem& system, const Vector& x, S
   Values parameters;
   parameters.set("mu", system.mu);
   parameters.set("weights", static_cast<double>(system.weights));
+  parameters.set("scheme", static_cast<double>(system.scheme));
   e.protocols = {{"distributed_observer", parameters}};
   e.plant.emplace();
   e.plant->model = "linear";

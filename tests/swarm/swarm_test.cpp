@@ -1,13 +1,14 @@
 /// Random experiments, checked from outside the algorithms. CONSORT_SWARM_SEED=N runs one of them again, in every mode.
 
 #include "tests/swarm/swarm.hpp"
+
+#include "core/decompositions.hpp"
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
-#include <Eigen/Eigenvalues>
 
 #include <cstdlib>
 #include <fstream>
@@ -57,7 +58,7 @@ void expect_sound_numbers(const Trace& trace) {
       if (!covariance) continue;
       const auto n = static_cast<Eigen::Index>(*covariance);
       const Matrix p = Eigen::Map<const Matrix>(numbers.data() + *covariance, n, n);
-      ASSERT_GT(Eigen::SelfAdjointEigenSolver<Matrix>(p).eigenvalues()(0), 0.0) << "agent " << i + 1 << ", round " << trace.rounds[report];
+      ASSERT_GT(symmetric_eigenvalues(p)(0), 0.0) << "agent " << i + 1 << ", round " << trace.rounds[report];
       ASSERT_LT((p - p.transpose()).norm(), 1e-9 * p.norm());
     }
 }
