@@ -51,7 +51,7 @@ Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what) {
   return solver.eigenvalues();
 }
 
-Vector singular_values(const Matrix& a) { return Eigen::BDCSVD<Matrix>(a).singularValues(); }
+Vector singular_values(const Matrix& a) { return Eigen::JacobiSVD<Matrix>(a).singularValues(); }
 Vector singular_values(const Eigen::MatrixXcd& a) { return Eigen::JacobiSVD<Eigen::MatrixXcd>(a).singularValues(); }
 
 double spectral_norm(const Matrix& a) {

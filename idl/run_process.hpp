@@ -17,6 +17,8 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <sstream>
@@ -91,10 +93,32 @@ inline void die_with(pid_t orchestrator) {
   if (getppid() != orchestrator) throw RunError("the orchestrator (pid " + std::to_string(orchestrator) + ") is gone");
 }
 
+/// What the main thread and the one that waits for signals share; the second ends with the process only.
+struct Ending {
+  std::atomic<int> caught{0};
+  std::mutex mutex;
+  std::function<void(bool orphaned)> interrupt;  ///< empty when the driver is gone
+};
+
+/// While it exists, the driver is told.
+class ToldOfEnding {
+ public:
+  ToldOfEnding(Ending& ending, std::function<void(bool orphaned)> interrupt) : ending_(ending) { set(std::move(interrupt)); }
+  ~ToldOfEnding() { set(nullptr); }
+  ToldOfEnding(const ToldOfEnding&) = delete;
+  ToldOfEnding& operator=(const ToldOfEnding&) = delete;
+
+ private:
+  void set(std::function<void(bool orphaned)> interrupt) {
+    const std::lock_guard lock(ending_.mutex);
+    ending_.interrupt = std::move(interrupt);
+  }
+  Ending& ending_;
+};
+
 /// Waits for what ends the process: SIGINT, SIGTERM, SIGHUP, or the death of the orchestrator. Then lets the driver end by itself, but not
 /// for longer than a few seconds.
-template <class Driver>
-void wait_for_the_end(Driver& driver, std::atomic<int>& caught, const sigset_t& signals, pid_t orchestrator) {
+inline void wait_for_the_end(Ending& ending, const sigset_t& signals, pid_t orchestrator) {
   constexpr timespec kPatience{3, 0};
   int signal = 0;
   bool orphaned = false;
@@ -102,12 +126,15 @@ void wait_for_the_end(Driver& driver, std::atomic<int>& caught, const sigset_t& 
     sigwait(&signals, &signal);
     orphaned = orchestrator != 0 && getppid() != orchestrator;
   } while (signal == SIGCONT && !orphaned);
-  caught = orphaned ? SIGTERM : signal;
-  driver.interrupt(orphaned);
+  ending.caught = orphaned ? SIGTERM : signal;
+  {
+    const std::lock_guard lock(ending.mutex);
+    if (ending.interrupt) ending.interrupt(orphaned);
+  }
   sigset_t none;
   sigemptyset(&none);
   sigtimedwait(&none, nullptr, &kPatience);
-  std::_Exit(128 + caught);
+  std::_Exit(128 + ending.caught);
 }
 
 /// Shows, while it exists, that this process is alive.
@@ -144,13 +171,11 @@ int serve(const RunProcessOptions& options, Make&& make) {
   auto driver = make(participant);
   std::optional<SignsOfLife> signs;
   if (options.orchestrator == 0) signs.emplace(entity);
-  std::atomic<int> caught{0};
-  std::thread([&driver, &caught, signals, orchestrator = options.orchestrator] {  // detached: it ends with the process
-    wait_for_the_end(*driver, caught, signals, orchestrator);
-  })
-      .detach();
+  const auto ending = std::make_shared<Ending>();
+  const ToldOfEnding told(*ending, [&driver](bool orphaned) { driver->interrupt(orphaned); });
+  std::thread([ending, signals, orchestrator = options.orchestrator] { wait_for_the_end(*ending, signals, orchestrator); }).detach();
   driver->run();
-  return caught == 0 ? static_cast<int>(Exit::ok) : 128 + caught;
+  return ending->caught == 0 ? static_cast<int>(Exit::ok) : 128 + ending->caught;
 }
 
 /// Parses the command line and runs `work`; every failure becomes a line on stderr and an exit code.
