@@ -49,10 +49,11 @@ class RunMember {
   /// These agents take part again from that round on, and want to be met; called under the lock.
   virtual void come_back(std::span<const AgentId> agents, Round round) = 0;
 
-  /// Runs under the lock; a failure is kept for the main thread.
+  /// Runs under the lock, until run() has ended; a failure is kept for the main thread.
   template <class Work>
   void guarded(Work&& work) {
     const Lock lock(mutex_);
+    if (ended_) return;  // what it would use is being taken down
     try {
       work();
     } catch (...) {  // must not cross DDS's C code: the main thread rethrows it
@@ -137,7 +138,7 @@ class RunMember {
   static constexpr std::chrono::milliseconds kGreetSoon{15}, kGreetSeldom{500};
   std::chrono::milliseconds greet_again_ = kGreetSoon;
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
-       orchestrator_lost_ = false;
+       orchestrator_lost_ = false, ended_ = false;
 
  private:
   bool launched_;

@@ -97,11 +97,13 @@ void PlantNode::run() {
   } catch (const std::exception& failure) {
     if (!lock.owns_lock()) lock.lock();
     announce(lock, wire::State::failed, failure.what());
+    ended_ = true;
     lock.unlock();
     presence_.wait_for_acknowledgments(2.0);
     throw;
   }
   announce(lock, wire::State::leaving);
+  ended_ = true;
   lock.unlock();
   if (liveliness_lease()) presence_.wait_for_acknowledgments(2.0);  // else it would seem to have died
 }
