@@ -177,8 +177,8 @@ class DataReader : public core::Entity {
                                   "create reader of topic ", state_->name);
   }
 
-  /// Takes up to `max_samples` on loan. Call again until it comes back empty.
-  LoanedSamples<T> take(std::uint32_t max_samples = 256) { return LoanedSamples<T>(state_, max_samples); }
+  /// Takes up to `max_samples` on loan (DDS clears the memory of as many, each time). Call again until it comes back empty.
+  LoanedSamples<T> take(std::uint32_t max_samples = 16) { return LoanedSamples<T>(state_, max_samples); }
 
   /// Takes the next valid sample into the caller's memory: no allocation, and a third of the cost of a loan. Strings and sequences in
   /// `sample` are reused or freed, so they must come from an earlier take or be zero (topic::OwnSample does both). False when there is
