@@ -389,7 +389,7 @@ TEST(Faults, AnAgentWithoutTheRunsKeyIsAStrangerToIt) {
   const Folder folder;
   const std::vector<std::string> by_hand{"--id", "4", "--run", name, "--domain", "65"};
   std::string text = kShort;
-  text.replace(text.find("120 s"), 5, "6 s");
+  text.replace(text.find("120 s"), 5, "15 s");
   const SharedKey key;
   Command run(text, {"--name", name, "--domain", "65", "--external", "4"});
   setenv(wire::RunKey::kVariable, "not the key of this run", 1);
