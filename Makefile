@@ -79,9 +79,9 @@ format:
 format-check: setup
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
-# clang-tidy reads the compile commands, without GCC's precompiled headers, and the headers generated from the IDL.
+# clang-tidy reads the compile commands, without GCC's precompiled headers and batches, and the headers generated from the IDL.
 tidy: setup
-	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null
+	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCONSORT_BATCHES=OFF >/dev/null
 	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate
 	@git ls-files '*.cpp' ':!tests' | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
 

@@ -5,6 +5,9 @@
 #include <spdlog/spdlog.h>
 
 #include <cctype>
+#include <set>
+#include <string>
+#include <vector>
 
 namespace {
 
@@ -53,23 +56,16 @@ std::vector<AgentId> parse_ids(const std::string& text) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  RunProcessOptions options;
-  std::string ids;
-  CLI::App app(kHelp, "consort-agent");
-  app.add_option("--ids,--id", ids, "agents to host: 7, 1-25 or 1,4,9-12")->required();
-  add_options(app, options);
-  return run_main(app, argc, argv, [&] {
-    die_with(options.orchestrator);
-    auto agents = parse_ids(ids);
-    const auto log = std::make_shared<spdlog::logger>("agent " + ids, std::make_shared<spdlog::sinks::stderr_sink_mt>());
+  return run_process({"consort-agent", kHelp, true}, argc, argv, [](const RunProcessOptions& options) -> MakeMember {
+    const auto log = std::make_shared<spdlog::logger>("agent " + options.ids, std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return serve(options, [&](const wire::Participant& participant) {
-      return std::make_unique<Node>(participant, NodeOptions{.agents = std::move(agents),
+    return [options, agents = parse_ids(options.ids)](const wire::Participant& participant) {
+      return std::make_unique<Node>(participant, NodeOptions{.agents = agents,
                                                              .first_epoch = options.first_epoch,
                                                              .first_round = options.first_round,
                                                              .launched = options.orchestrator != 0,
                                                              .lossy = options.lossy()});
-    });
+    };
   });
 }

@@ -24,11 +24,9 @@ struct NodeOptions {
 class Node final : public RunMember {
  public:
   Node(const wire::Participant& participant, NodeOptions options);
-  ~Node();
+  ~Node() override;
 
-  /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
-  /// an assignment cannot be carried out (the orchestrator has been told by then).
-  void run();
+  void run() override;
 
  private:
   // Called on DDS's receive threads.

@@ -40,7 +40,7 @@ struct LuenbergerObserver {
   }
   static Params with(std::string_view who, ObservedPlant plant, const ObserverGains& gains, Seconds h) {
     const Matrix damped = Matrix::Identity(plant.A.rows(), plant.A.rows()) + h * gains.L * plant.C;
-    return {who, std::move(plant), solve(damped, Matrix(h * gains.L)), gains.F};
+    return {who, std::move(plant), solve(damped, Matrix(h * gains.L), std::string(who) + ": I + h L C"), gains.F};
   }
   static State init(const Params& p, const Setup& setup) {
     const Eigen::Index n = p.plant.A.rows();

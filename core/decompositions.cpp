@@ -1,12 +1,14 @@
 #include "core/decompositions.hpp"
 
 #include "core/errors.hpp"
+#include "core/shapes.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace consort {
@@ -16,6 +18,15 @@ template <class Solver>
 void require_success(const Solver& solver, std::string_view what, Eigen::Index n) {
   if (solver.info() != Eigen::Success)
     throw RunError("the eigenvalues of " + std::string(what) + ", " + std::to_string(n) + " x " + std::to_string(n) + ", did not converge");
+}
+
+Eigen::PartialPivLU<Matrix> invertible(const Matrix& A, std::string_view what) {
+  const auto named = [&] { return std::string(what) + " (" + shape_of(A) + ") is "; };
+  if (!A.allFinite()) throw RunError(named() + "not finite");
+  Eigen::PartialPivLU<Matrix> factor(A);
+  if (const double reciprocal = factor.rcond(); !(reciprocal > std::numeric_limits<double>::epsilon()))
+    throw RunError(named() + "singular within rounding, condition number " + text_of(1.0 / reciprocal));
+  return factor;
 }
 
 }  // namespace
@@ -59,11 +70,11 @@ double spectral_norm(const Matrix& a) {
   return std::sqrt(std::max(0.0, symmetric_eigenvalues(a.transpose() * a)[a.cols() - 1]));
 }
 
-Matrix inverse(const Matrix& A) { return A.partialPivLu().inverse(); }
-Matrix solve(const Matrix& A, const Matrix& B) {
+Matrix inverse(const Matrix& A, std::string_view what) { return invertible(A, what).inverse(); }
+Matrix solve(const Matrix& A, const Matrix& B, std::string_view what) {
   if (B.size() == 0) return B;  // Eigen would look at its first number
-  return A.partialPivLu().solve(B);
+  return invertible(A, what).solve(B);
 }
-Vector solve(const Matrix& A, const Vector& b) { return A.partialPivLu().solve(b); }
+Vector solve(const Matrix& A, const Vector& b, std::string_view what) { return invertible(A, what).solve(b); }
 
 }  // namespace consort

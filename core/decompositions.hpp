@@ -32,9 +32,10 @@ Vector singular_values(const Eigen::MatrixXcd& a);
 /// The largest singular value; 0 of a matrix without entries.
 double spectral_norm(const Matrix& a);
 
-/// A^-1, A^-1 B and A^-1 b by LU with partial pivoting; A square and invertible.
-Matrix inverse(const Matrix& A);
-Matrix solve(const Matrix& A, const Matrix& B);
-Vector solve(const Matrix& A, const Vector& b);
+/// A^-1, A^-1 B and A^-1 b by LU with partial pivoting; A square. Throw RunError, which says `what`, the size and the condition number,
+/// if A is singular within rounding (an estimate of its reciprocal condition number in the 1-norm is no larger than 2^-52) or not finite.
+Matrix inverse(const Matrix& A, std::string_view what);
+Matrix solve(const Matrix& A, const Matrix& B, std::string_view what);
+Vector solve(const Matrix& A, const Vector& b, std::string_view what);
 
 }  // namespace consort

@@ -18,15 +18,6 @@
 namespace consort {
 namespace {
 
-/// One entry per component, named name[c]; a single component is just `name`.
-void put(Metrics& out, const std::string& name, const Vector& value) {
-  if (value.size() == 1) {
-    out[name] = value[0];
-    return;
-  }
-  for (Eigen::Index c = 0; c < value.size(); ++c) out[name + "[" + std::to_string(c) + "]"] = value[c];
-}
-
 /// What the agents agree on at the end (final estimates, or final states where they steer the plant), one column per agent that is there.
 Matrix final_values(const Trace& trace) {
   const auto rows = static_cast<Eigen::Index>(trace.agreed_dimension());
@@ -160,6 +151,14 @@ constexpr std::array kTable{
 };
 
 }  // namespace
+
+void put(Metrics& out, const std::string& name, const Vector& value) {
+  if (value.size() == 1) {
+    out[name] = value[0];
+    return;
+  }
+  for (Eigen::Index c = 0; c < value.size(); ++c) out[name + "[" + std::to_string(c) + "]"] = value[c];
+}
 
 std::span<const MetricEntry> metric_table() { return kTable; }
 

@@ -13,6 +13,9 @@ namespace consort {
 /// name -> value; vector-valued metrics appear as name[0], name[1], ...
 using Metrics = std::map<std::string, double>;
 
+/// A number as `name`, several as name[0], name[1], ...
+void put(Metrics& out, const std::string& name, const Vector& value);
+
 struct MetricEntry {
   std::string_view name;
   std::string_view summary;  ///< one line, with the equation's source

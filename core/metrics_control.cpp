@@ -52,10 +52,6 @@ Vector state_and_error(const Trace& trace, std::size_t report, std::size_t c) {
 }
 
 /// One entry per component, named name[c]; a single component is just `name`.
-void put(Metrics& out, const std::string& name, const Vector& value) {
-  for (Eigen::Index c = 0; c < value.size(); ++c) out[value.size() == 1 ? name : name + "[" + std::to_string(c) + "]"] = value[c];
-}
-
 /// Bounds of what disturbs measurements and states; nothing if something is not bounded.
 struct Bounds {
   double measurement = 0.0, state = 0.0;

@@ -9,7 +9,7 @@
 namespace consort {
 namespace {
 
-constexpr Eigen::Index kLargestDecay = 100;  // error components; a thousand products and spectra of that size
+constexpr Eigen::Index kMostComponents = 100;  // error components; a thousand products and spectra of that size
 
 bool estimates_everybody(const ProtocolChoice& choice) {
   return choice.name == "distributed_observer" || choice.name == "cooperative_localization";
@@ -60,7 +60,7 @@ void observer_bound(const Experiment& experiment, Seed seed, const ProtocolChoic
   const auto knowledge = known_matrices(experiment, seed);
   if (!schedule.constant() || knowledge.empty()) return;
   const ObservedCase observed = observed_case(experiment, choice, knowledge, *schedule.at(0), 0);
-  if (observed.inputs_known || observed.system.error_size() > kLargestDecay) return;
+  if (observed.inputs_known || observed.system.error_size() > kMostComponents) return;
   const auto decay = error_decay(error_matrix(observed.system));
   if (!decay) return;
   double input_norm = 0.0, ubar = 0.0;

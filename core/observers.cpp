@@ -33,7 +33,7 @@ Sensor sensor(const Matrix& C, const Matrix& R) {
 Vector corrected_by(const Vector& u, const Matrix& U, const Matrix& P, const Vector& z, Seconds h) {
   const Eigen::Index n = z.size();
   const Vector news = h * (u - U * z);
-  return solve(Matrix::Identity(n, n) + h * P * U, Vector(P * news));
+  return solve(Matrix::Identity(n, n) + h * P * U, Vector(P * news), "I + h P_i U_i");
 }
 
 Matrix coupling_step(const Matrix& F, double d, Seconds h) {
@@ -83,7 +83,7 @@ Matrix stationary_update(const Matrix& A, const Matrix& S, const Matrix& Q) {
   const Matrix I = Matrix::Identity(A.rows(), A.rows());
   Matrix P = I;
   for (int k = 0; k < kRounds; ++k) {
-    const Matrix M = solve(I + P * S, P);
+    const Matrix M = solve(I + P * S, P, "I + P S");
     const Matrix next = A * M * A.transpose() + Q;
     const double change = (next - P).norm();
     P = 0.5 * (next + next.transpose());
@@ -111,7 +111,7 @@ Matrix ObserverNetwork::sampled_error_matrix(const Graph& graph, Seconds h) cons
   for (Eigen::Index i = 0; i < N; ++i) {
     const auto agent = static_cast<std::size_t>(i);
     // I - (I + h K C)^-1 h K C = (I + h K C)^-1
-    E.block(i * n, i * n, n, n) = step * inverse(I + h * injection[agent]);
+    E.block(i * n, i * n, n, n) = step * inverse(I + h * injection[agent], "I + h G C of agent " + std::to_string(i + 1));
     if (L(i, i) == 0.0) continue;
     const Matrix S = step * coupling_step(coupling[agent], L(i, i), h);
     for (Eigen::Index j = 0; j < N; ++j) E.block(i * n, j * n, n, n) -= L(i, j) * S;

@@ -29,14 +29,14 @@ RiccatiStep::RiccatiStep(const Matrix& A, const Matrix& U, const Matrix& Q, Seco
   const double size = (hamiltonian * h).cwiseAbs().rowwise().sum().maxCoeff();
   const int doublings = size > 0.0 && std::isfinite(size) ? std::max(0, 2 + std::ilogb(size)) : 0;  // the short step has norm below 1/2
   const Matrix exponential = matrix_exponential(hamiltonian, std::ldexp(h, -doublings));
-  const Matrix first = inverse(exponential.topLeftCorner(n, n));
+  const Matrix first = inverse(exponential.topLeftCorner(n, n), "the leading block of the Riccati step");
   transition_ = first.transpose();
   information_ = symmetric(first * exponential.topRightCorner(n, n)) / unit;
   noise_ = symmetric(exponential.bottomLeftCorner(n, n) * first) * unit;
   const Matrix I = Matrix::Identity(n, n);
   for (int i = 0; i < doublings; ++i) {
     // The step applied to its own result.
-    const Matrix between = inverse(I + noise_ * information_);  // (I + q s)^-1
+    const Matrix between = inverse(I + noise_ * information_, "I + q s of the Riccati step");  // (I + q s)^-1
     const Matrix more_noise = transition_ * (between * noise_) * transition_.transpose();
     const Matrix more_information = transition_.transpose() * (information_ * between) * transition_;
     noise_ = symmetric(noise_ + more_noise);
@@ -48,7 +48,7 @@ RiccatiStep::RiccatiStep(const Matrix& A, const Matrix& U, const Matrix& Q, Seco
 Matrix RiccatiStep::operator()(const Matrix& P) const {
   const Eigen::Index n = P.rows();
   // P (I + s P)^-1 = (I + P s)^-1 P
-  const Matrix seen = Eigen::PartialPivLU<Matrix>(Matrix::Identity(n, n) + P * information_).solve(P);
+  const Matrix seen = solve(Matrix::Identity(n, n) + P * information_, P, "I + P s of the Riccati step");
   return symmetric(noise_ + transition_ * seen * transition_.transpose());
 }
 

@@ -143,7 +143,8 @@ GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<
   if (!out.empty()) {
     // L(out, out) is L~ + G~, with what they hear of the leaders as pinning; theta = (L~ + G~)^-T 1                          (3.84)
     const Matrix pinned = L(out, out);
-    const Vector theta = solve(pinned.transpose(), Vector(Vector::Ones(pinned.rows())));
+    const Vector theta =
+        solve(pinned.transpose(), Vector(Vector::Ones(pinned.rows())), "the Laplacian of who senses nothing, pinned by who does");
     bounds.followers = theta.maxCoeff() * growth / symmetric_part_spectrum(theta.asDiagonal() * pinned)[0];
   }
   return bounds;

@@ -24,6 +24,12 @@ constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
 
 class RunMember {
  public:
+  RunMember(const RunMember&) = delete;
+  RunMember& operator=(const RunMember&) = delete;
+  virtual ~RunMember() = default;
+  /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears or the physics diverges,
+  /// ConfigError or RunError if an assignment cannot be carried out (the orchestrator has been told by then).
+  virtual void run() = 0;
   /// Ends run() from a signal handler's thread. `orphaned`: because the orchestrator is gone.
   void interrupt(bool orphaned) {
     guarded([&] {
@@ -39,7 +45,6 @@ class RunMember {
 
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
   explicit RunMember(bool launched) : launched_(launched) {}
-  ~RunMember() = default;
 
   /// For Presence.
   [[nodiscard]] std::optional<double> liveliness_lease() const { return launched_ ? std::nullopt : std::optional(kSignOfLifeLease); }

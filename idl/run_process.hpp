@@ -1,198 +1,40 @@
 #pragma once
-/// How a process of a run is started: the options that agents and plant share, what they mean for DDS, and dying with the orchestrator.
+/// How a process of a run is started: the options that agents and plant share, and what every such process does.
 
-#include "core/errors.hpp"
 #include "idl/run_member.hpp"
-#include "idl/trust.hpp"
 
-#include <dds/dds.hpp>
+#include <sys/types.h>
 
-#include <pthread.h>
-#include <sys/prctl.h>
-#include <unistd.h>
-#include <CLI/CLI.hpp>
-
-#include <atomic>
-#include <condition_variable>
-#include <csignal>
-#include <cstdio>
-#include <cstdlib>
+#include <cstdint>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
-#include <sstream>
-#include <stop_token>
 #include <string>
-#include <thread>
 
 namespace consort {
 
 struct RunProcessOptions {
+  std::string ids;  ///< of who hosts agents: 7, 1-25 or 1,4,9-12
   std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
   unsigned domain = 0, port = 0;
   std::uint32_t first_epoch = 0, first_round = 0;
   bool tuned = false;
   double transmit_loss = 0.0;
-  bool hears_multicast_data = true;  ///< false: what agents tell each other wakes only agents
   pid_t orchestrator = 0;
 
   /// Packets may be lost on the way: not within a host, unless the experiment wants it.
   [[nodiscard]] bool lossy() const { return interface != "lo" || transmit_loss > 0.0; }
 };
 
-inline void add_options(CLI::App& app, RunProcessOptions& options) {
-  app.set_version_flag("--version", CONSORT_VERSION);
-  app.add_option("--run", options.run, "name of the run, as `consort run` prints it")->required();
-  app.add_option("--domain", options.domain, "DDS domain of the run")->required()->check(CLI::Range(0, 230));
-  app.add_option("--interface", options.interface, "network interface (name or address)")->capture_default_str();
-  app.add_option("--discovery", options.discovery, "how processes find each other")
-      ->check(CLI::IsMember({"multicast", "neighbours"}))
-      ->capture_default_str();
-  app.add_option("--data", options.data, "how messages travel with multicast discovery")
-      ->check(CLI::IsMember({"unicast", "multicast"}))
-      ->capture_default_str();
-  app.add_option("--port", options.port, "neighbours discovery: own UDP port")->check(CLI::Range(1024, 65000));
-  app.add_option("--neighbour-ports", options.neighbour_ports,
-                 "neighbours discovery: UDP ports on this host to announce to, comma separated");
-  app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
-  app.add_option("--first-epoch", options.first_epoch, "of who comes back: the run of the session in which it does");
-  app.add_option("--first-round", options.first_round, "and the round; what its earlier stay was told is left alone");
-  app.add_option("--transport-loss", options.transmit_loss, "share of outgoing packets to throw away, for experiments")
-      ->check(CLI::Range(0.0, 0.9));
-  app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");
-}
-
-inline dds::configuration::Settings settings_of(const RunProcessOptions& options) {
-  dds::configuration::Settings settings;
-  settings.interface = options.interface;
-  settings.tag = options.run;
-  settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
-  settings.tuned = options.tuned;
-  settings.transmit_loss = options.transmit_loss;
-  settings.hears_multicast_data = options.hears_multicast_data;
-  if (options.lossy()) settings.spdp_interval = dds::configuration::kAnnounceAgain;
-  settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
-  settings.writer_linger = std::chrono::milliseconds(0);  // whoever needs to know that something arrived waits for it
-  if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
-  if (options.discovery == "neighbours") {
-    settings.discovery = dds::configuration::Discovery::neighbours;
-    settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0, options.domain));
-    settings.spdp_interval = std::chrono::milliseconds(2000);
-    std::stringstream ports(options.neighbour_ports);
-    for (std::string port; std::getline(ports, port, ',');) settings.neighbours.push_back("127.0.0.1:" + port);
-  }
-  return settings;
-}
-
-/// Is told when the orchestrator that started it dies; one that is gone already is noticed too. The signal is SIGCONT, which reaches a
-/// process that is stopped as well.
-inline void die_with(pid_t orchestrator) {
-  if (orchestrator == 0) return;
-  prctl(PR_SET_PDEATHSIG, SIGCONT);
-  if (getppid() != orchestrator) throw RunError("the orchestrator (pid " + std::to_string(orchestrator) + ") is gone");
-}
-
-/// What the main thread and the one that waits for signals share; the second ends with the process only.
-struct Ending {
-  std::atomic<int> caught{0};
-  std::mutex mutex;
-  std::function<void(bool orphaned)> interrupt;  ///< empty when the driver is gone
+struct RunProgram {
+  const char* name;
+  const char* help;
+  bool hosts_agents;  ///< takes `--ids`, and is woken by what agents tell each other with multicast
 };
 
-/// While it exists, the driver is told.
-class ToldOfEnding {
- public:
-  ToldOfEnding(Ending& ending, std::function<void(bool orphaned)> interrupt) : ending_(ending) { set(std::move(interrupt)); }
-  ~ToldOfEnding() { set(nullptr); }
-  ToldOfEnding(const ToldOfEnding&) = delete;
-  ToldOfEnding& operator=(const ToldOfEnding&) = delete;
+using MakeMember = std::function<std::unique_ptr<RunMember>(const wire::Participant&)>;
 
- private:
-  void set(std::function<void(bool orphaned)> interrupt) {
-    const std::lock_guard lock(ending_.mutex);
-    ending_.interrupt = std::move(interrupt);
-  }
-  Ending& ending_;
-};
-
-/// Waits for what ends the process: SIGINT, SIGTERM, SIGHUP, or the death of the orchestrator. Then lets the driver end by itself, but not
-/// for longer than a few seconds.
-inline void wait_for_the_end(Ending& ending, const sigset_t& signals, pid_t orchestrator) {
-  constexpr timespec kPatience{3, 0};
-  int signal = 0;
-  bool orphaned = false;
-  do {
-    sigwait(&signals, &signal);
-    orphaned = orchestrator != 0 && getppid() != orchestrator;
-  } while (signal == SIGCONT && !orphaned);
-  ending.caught = orphaned ? SIGTERM : signal;
-  {
-    const std::lock_guard lock(ending.mutex);
-    if (ending.interrupt) ending.interrupt(orphaned);
-  }
-  sigset_t none;
-  sigemptyset(&none);
-  sigtimedwait(&none, nullptr, &kPatience);
-  std::_Exit(128 + ending.caught);
-}
-
-/// Shows, while it exists, that this process is alive.
-class SignsOfLife {
- public:
-  explicit SignsOfLife(dds::domain::DomainParticipant& participant)
-      : thread_([&participant](const std::stop_token& stop) {
-          std::mutex mutex;
-          std::condition_variable_any ending;
-          std::unique_lock lock(mutex);
-          do participant.assert_liveliness();
-          while (!ending.wait_for(lock, stop, std::chrono::duration<double>(kSignOfLifeEvery), [&stop] { return stop.stop_requested(); }));
-        }) {}
-
- private:
-  std::jthread thread_;
-};
-
-/// Joins the run's domain, makes the driver with `make(participant)` and runs it; SIGINT and SIGTERM end it. The exit code.
-template <class Make>
-int serve(const RunProcessOptions& options, Make&& make) {
-  const auto key = wire::RunKey::of_environment();
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGINT);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGHUP);
-  sigaddset(&signals, SIGCONT);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
-
-  const dds::domain::Domain domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options))));
-  dds::domain::DomainParticipant entity(domain);
-  const wire::Participant participant(entity, key);
-  auto driver = make(participant);
-  std::optional<SignsOfLife> signs;
-  if (options.orchestrator == 0) signs.emplace(entity);
-  const auto ending = std::make_shared<Ending>();
-  const ToldOfEnding told(*ending, [&driver](bool orphaned) { driver->interrupt(orphaned); });
-  std::thread([ending, signals, orchestrator = options.orchestrator] { wait_for_the_end(*ending, signals, orchestrator); }).detach();
-  driver->run();
-  return ending->caught == 0 ? static_cast<int>(Exit::ok) : 128 + ending->caught;
-}
-
-/// Parses the command line and runs `work`; every failure becomes a line on stderr and an exit code.
-template <class Work>
-int run_main(CLI::App& app, int argc, char** argv, Work&& work) {
-  try {
-    app.parse(argc, argv);
-    return work();
-  } catch (const CLI::ParseError& failure) {
-    return app.exit(failure) == 0 ? 0 : static_cast<int>(Exit::bad_input);
-  } catch (const ConfigError& failure) {
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), failure.what());
-    return static_cast<int>(Exit::bad_input);
-  } catch (const std::exception& failure) {
-    std::fprintf(stderr, "%s: %s\n", app.get_name().c_str(), failure.what());
-    return static_cast<int>(Exit::run_failed);
-  }
-}
+/// A program's main(): parses the command line, lets `prepare` read it, joins the run's domain, makes the member and runs it; SIGINT,
+/// SIGTERM, SIGHUP and the death of the orchestrator that started it end it. The exit code; a failure is a line on standard error.
+int run_process(const RunProgram& program, int argc, char** argv, const std::function<MakeMember(const RunProcessOptions&)>& prepare);
 
 }  // namespace consort

@@ -9,8 +9,6 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
-
 std::string in_words(const Finding& finding) {
   return finding.evidence.empty() ? finding.condition : fmt::format("{} ({})", finding.condition, finding.evidence);
 }
@@ -32,8 +30,8 @@ std::string told(const std::vector<Finding>& findings) {
   std::size_t hold = 0;
   std::string broken;
   for (const Finding& finding : findings) {
-    if (finding.verdict == Verdict::holds) ++hold;
-    if (finding.verdict == Verdict::fails || finding.verdict == Verdict::refused) broken += "; does not hold: " + in_words(finding);
+    if (finding.verdict == Rating::holds) ++hold;
+    if (finding.verdict == Rating::fails || finding.verdict == Rating::refused) broken += "; does not hold: " + in_words(finding);
   }
   return fmt::format("theory: {} condition{} hold{}{}", hold, hold == 1 ? "" : "s", hold == 1 ? "s" : "", broken);
 }
@@ -41,7 +39,7 @@ std::string told(const std::vector<Finding>& findings) {
 void refuse_unsound(const std::vector<Finding>& findings) {
   std::string text;
   for (const Finding& finding : findings)
-    if (finding.verdict == Verdict::refused) text += fmt::format("\n  {}: {}", in_words(finding), finding.consequence);
+    if (finding.verdict == Rating::refused) text += fmt::format("\n  {}: {}", in_words(finding), finding.consequence);
   if (!text.empty()) throw ConfigError("theory refuses this experiment (`--force` runs it anyway):" + text);
 }
 

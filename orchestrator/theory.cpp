@@ -21,10 +21,6 @@ namespace consort {
 
 namespace {
 
-using Verdict = Finding::Verdict;
-
-constexpr std::size_t kLargestSpectrum = 300;  // agents up to which eigenvalues are worth the wait
-
 std::string short_number(double value) { return fmt::format("{:.6g}", value); }
 
 std::string vector_text(const Vector& value) {
@@ -87,7 +83,7 @@ class Examination {
   }
 
  private:
-  void add(Verdict verdict, std::string condition, std::string evidence, std::string consequence) {
+  void add(Rating verdict, std::string condition, std::string evidence, std::string consequence) {
     out_.push_back({verdict, std::move(condition), std::move(evidence), std::move(consequence)});
   }
 
@@ -102,7 +98,7 @@ class Examination {
       evidence = fmt::format("{}: the same graph in rounds 0 to {}, {} edges", experiment_.topology_text, survey_.rounds - 1,
                              graph().edge_count());
     if (!survey_.complete) evidence += fmt::format(" (of {}: more would take long)", experiment_.rounds);
-    add(Verdict::note, "what was examined", evidence,
+    add(Rating::note, "what was examined", evidence,
         random() ? fmt::format("the topology is random: what follows is true of the rounds drawn with seed {}", experiment_.seed.value)
                  : "what follows is exact for these rounds");
   }
@@ -116,26 +112,26 @@ class Examination {
 
   void connectivity() {
     strong_ = survey_.failure(strongly_connected);
-    add(strong_ ? Verdict::fails : Verdict::holds, "strongly connected in every round", evidence_of(strong_),
+    add(strong_ ? Rating::fails : Rating::holds, "strongly connected in every round", evidence_of(strong_),
         strong_ ? "see the union over windows, which is what agreement needs" : "everybody's value reaches everybody in every round");
     const auto spanning = survey_.spanning();
     const std::string theorem = "(Ren, Beard, Kingston 2005, Theorem 3.9: discrete-time scheme, no communication noise)";
     if (spanning.window) {
-      add(Verdict::holds, "the union of the graphs over bounded windows has a spanning tree",
+      add(Rating::holds, "the union of the graphs over bounded windows has a spanning tree",
           *spanning.window == 1 ? "in every single round" : fmt::format("over every {} rounds on end", *spanning.window),
           "Kalman consensus reaches agreement " + theorem);
     } else {
-      add(Verdict::fails, "the union of the graphs over bounded windows has a spanning tree",
+      add(Rating::fails, "the union of the graphs over bounded windows has a spanning tree",
           fmt::format("not from round {} on", spanning.broken_from), "no consensus is promised " + theorem);
     }
     const auto unbalanced = survey_.failure(balanced);
-    add(unbalanced ? Verdict::fails : Verdict::holds, "balanced (in-degree = out-degree at every agent) in every round",
+    add(unbalanced ? Rating::fails : Rating::holds, "balanced (in-degree = out-degree at every agent) in every round",
         evidence_of(unbalanced),
         unbalanced
             ? "the value agreed on favours some agents: local voting does not keep the mean of the states, Kalman consensus is biased"
             : "local voting keeps the mean of the states; Kalman consensus is unbiased if also all agents have equally many listeners");
     if (survey_.constant() && experiment_.agents > 1 && experiment_.agents <= kLargestSpectrum)
-      add(Verdict::note, "algebraic connectivity", short_number(algebraic_connectivity(graph())),
+      add(Rating::note, "algebraic connectivity", short_number(algebraic_connectivity(graph())),
           "smallest real part of the Laplacian's eigenvalues other than one zero: the larger, the faster the agreement");
   }
 
@@ -159,7 +155,7 @@ class Examination {
     }
     const double dt = experiment_.dt;
     const auto failure = survey_.failure([dt](const Graph& graph) { return dt * largest_in_degree(graph) < 1.0; });
-    add(failure ? Verdict::note : Verdict::holds, "local_voting: dt times the largest in-degree is below 1 in every round",
+    add(failure ? Rating::note : Rating::holds, "local_voting: dt times the largest in-degree is below 1 in every round",
         evidence_of(failure),
         failure ? "I - dt L has a weight that is not positive on the diagonal: the products of stochastic matrices say nothing"
                 : "I - dt L is stochastic with a positive diagonal, so spanning unions give consensus (Ren, Beard, Kingston 2005, Lemmas "
@@ -203,7 +199,7 @@ class Examination {
       consequence = fmt::format("the states converge to w^T x(0) = {}{}, w the left null vector of L (Knotek, thesis, (2.13))",
                                 vector_text(value), limits_of_prediction());
     }
-    add(holds ? Verdict::holds : Verdict::fails, condition, evidence, consequence);
+    add(holds ? Rating::holds : Rating::fails, condition, evidence, consequence);
   }
 
   // The limit of (4)-(5) with Q = Omega = 0 on a constant strongly connected graph: information Y_i+ = sum (I + g)_ij Y_j and the same for
@@ -240,7 +236,7 @@ class Examination {
     const auto unequal = survey_.failure(equal_out_degrees);
     const std::string condition = "kalman_consensus: in every round all agents have the same number of listeners";
     if (!gains_without_noise(choice)) {
-      add(unequal ? Verdict::fails : Verdict::note, condition, evidence_of(unequal),
+      add(unequal ? Rating::fails : Rating::note, condition, evidence_of(unequal),
           "with Q or Omega above 0 the limit is not the centralised estimate even then (Alighanbari, How 2006, (6) assumes both zero)");
       return;
     }
@@ -250,7 +246,7 @@ class Examination {
       value = fmt::format(": limit {}, centralised {}{}", vector_text(limit),
                           vector_text(centralised_estimate(experiment_, experiment_.seed)), limits_of_prediction());
     }
-    add(unequal ? Verdict::fails : Verdict::holds, condition, evidence_of(unequal),
+    add(unequal ? Rating::fails : Rating::holds, condition, evidence_of(unequal),
         (unequal ? "the consensus is biased towards agents with many listeners (Alighanbari, How 2006, section IV)"
                  : "the consensus is the centralised estimate (Alighanbari, How 2006, (7))") +
             value);
@@ -271,7 +267,7 @@ class Examination {
                               vector_text(centralised_estimate(experiment_, experiment_.seed)) + limits_of_prediction();
     if (!holds) consequence = "the centralised estimate is not promised";
     if (!clean) consequence += ": once P is small against Omega all gains are alike, and the number of listeners decides again";
-    add(holds ? Verdict::holds : Verdict::fails, choice.name + ": strongly connected in every round, gains without Q and Omega", evidence,
+    add(holds ? Rating::holds : Rating::fails, choice.name + ": strongly connected in every round, gains without Q and Omega", evidence,
         consequence + " (Alighanbari, How 2006, Theorem 7)");
   }
 
@@ -281,7 +277,7 @@ class Examination {
     const bool holds = steady || (!strong_ && !loses);
     std::string evidence = "strongly connected: " + evidence_of(strong_);
     if (!survey_.constant()) evidence += loses ? "; edges come and go, and links lose messages" : "; edges come and go, nothing is lost";
-    add(holds ? Verdict::holds : Verdict::fails, "robust_information_consensus: strongly connected, without switching where links lose",
+    add(holds ? Rating::holds : Rating::fails, "robust_information_consensus: strongly connected, without switching where links lose",
         evidence,
         holds ? "it converges to the centralised estimate " + vector_text(centralised_estimate(experiment_, experiment_.seed)) +
                     " at every loss below 1 (Hadjicostis, Vaidya, Dominguez-Garcia 2016, Theorem 1)"
@@ -291,27 +287,27 @@ class Examination {
   void links() {
     const auto any = [this](auto property) { return any_link(property); };
     if (any([](const LinkSpec& link) { return link.loses(); })) {
-      add(Verdict::note, "links lose messages", "a lost message is a missing edge in its round; the graphs above are the scheduled ones",
+      add(Rating::note, "links lose messages", "a lost message is a missing edge in its round; the graphs above are the scheduled ones",
           "the value agreed on depends on what was lost; unbiased_kalman_consensus loses what the message carried, so it is biased (it "
           "divides by listeners, not by deliveries); robust_information_consensus recovers it with the next message");
     }
     if (any([](const LinkSpec& link) { return link.noise_covariance.size() > 0 && !link.noise_covariance.isZero(0.0); })) {
-      add(Verdict::note, "links add noise", "noise covariance above 0",
+      add(Rating::note, "links add noise", "noise covariance above 0",
           "agreement is never exact and the common value wanders; the theorems above ask for zero noise");
     }
     if (any([](const LinkSpec& link) { return link.quantiser.has_value(); })) {
-      add(Verdict::note, "links quantise", "numbers of a message are rounded to so many bits",
+      add(Rating::note, "links quantise", "numbers of a message are rounded to so many bits",
           "agreement is no closer than the rounding lets it be");
     }
     if (any([](const LinkSpec& link) { return link.delays() || link.duplication > 0.0; })) {
-      add(Verdict::note, "links delay messages", "delay, reordering or copies",
+      add(Rating::note, "links delay messages", "delay, reordering or copies",
           "the theorems above are about messages of the same round and do not cover this");
     }
     if (experiment_.links.overrides.empty()) return;
     const Graph support = experiment_.schedule(experiment_.seed).support(experiment_.rounds);
     for (const auto& [edge, spec] : experiment_.links.overrides)
       if (!support.has(edge))
-        add(Verdict::note, fmt::format("link override on {} -> {}", edge.from.value, edge.to.value), "the topology never has this edge",
+        add(Rating::note, fmt::format("link override on {} -> {}", edge.from.value, edge.to.value), "the topology never has this edge",
             "the override has no effect");
   }
 

@@ -8,14 +8,18 @@
 
 namespace consort {
 
+constexpr std::size_t kLargestSpectrum = 300;  ///< agents up to which eigenvalues are worth the wait
+constexpr std::size_t kMostGraphs = 20;        ///< different graphs of one run whose eigenvalues are
+
+enum class Rating {
+  holds,
+  fails,    ///< worth a warning
+  refused,  ///< fails, and without it the run makes no sense: it is not started, unless the user insists
+  note
+};
+
 struct Finding {
-  enum class Verdict {
-    holds,
-    fails,    ///< worth a warning
-    refused,  ///< fails, and without it the run makes no sense: it is not started, unless the user insists
-    note
-  };
-  Verdict verdict = Verdict::note;
+  Rating verdict = Rating::note;
   std::string condition;    ///< e.g. "strongly connected in every round"
   std::string evidence;     ///< e.g. "30 of 30 distinct graphs", or the first round where it fails
   std::string consequence;  ///< e.g. "MDKC converges to the centralised estimate (Alighanbari, How 2006, Theorem 7)"

@@ -17,10 +17,6 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
-
-constexpr std::size_t kLargestSpectrum = 300;  // agents up to which eigenvalues are worth the wait
-
 /// What a protocol asks of the graph.
 enum class Asks { strong_or_led, led, undirected, undirected_followers, undirected_followers_led };
 struct Demand {
@@ -132,7 +128,7 @@ class AdaptiveExamination {
   }
 
  private:
-  void add(Verdict verdict, std::string condition, std::string evidence, std::string consequence) {
+  void add(Rating verdict, std::string condition, std::string evidence, std::string consequence) {
     out_.push_back({verdict, choice_.name + ": " + std::move(condition), std::move(evidence), std::move(consequence)});
   }
 
@@ -140,11 +136,11 @@ class AdaptiveExamination {
     const auto unfit = std::find_if(graphs_.begin(), graphs_.end(), [&](const Graph& graph) { return !suits(graph, demand_.asks); });
     const std::string condition = std::string(wording(demand_.asks)) + ", in every round";
     if (unfit == graphs_.end()) {
-      add(Verdict::holds, condition, graphs_.size() == 1 ? "the constant graph" : "among the agents that are there",
+      add(Rating::holds, condition, graphs_.size() == 1 ? "the constant graph" : "among the agents that are there",
           fmt::format("the agents come to agree, as far as the gains suffice ({})", demand_.theorem));
       return;
     }
-    add(Verdict::fails, condition, fmt::format("not in round {}", firsts_[static_cast<std::size_t>(unfit - graphs_.begin())]),
+    add(Rating::fails, condition, fmt::format("not in round {}", firsts_[static_cast<std::size_t>(unfit - graphs_.begin())]),
         has_spanning_tree(*unfit) ? fmt::format("a spanning tree is there, but {} does not cover this graph", demand_.theorem)
                                   : "there is no spanning tree: the agents cannot agree");
   }
@@ -154,14 +150,14 @@ class AdaptiveExamination {
       const Values known = physics.knowledge(agent_at(i));
       const Matrix *A = known.find("A"), *B = known.find("B");
       if (A == nullptr || B == nullptr) return false;  // the protocol refuses such a plant itself
-      if (const consort::Verdict verdict = stabilisable(*A, *B); !verdict) {
-        add(Verdict::fails, "(A, B) is stabilisable",
+      if (const Verdict verdict = stabilisable(*A, *B); !verdict) {
+        add(Rating::fails, "(A, B) is stabilisable",
             fmt::format("agent {}: eigenvalue {} of A is out of reach of u", i + 1, text_of(*verdict.offending)),
             "no gain K makes the differences vanish, the Riccati equation (4.28) has no stabilising solution");
         return false;
       }
     }
-    add(Verdict::holds, "(A, B) is stabilisable", "every agent", "the Riccati equation (4.28) has a stabilising solution");
+    add(Rating::holds, "(A, B) is stabilisable", "every agent", "the Riccati equation (4.28) has a stabilising solution");
     return true;
   }
 
@@ -228,7 +224,7 @@ class AdaptiveExamination {
     const double allowed = 2.0 / (experiment_.dt * stiffness * largest_);
     if (choice_.name == "das_neural_consensus") {
       const double c = choice_.parameters.scalar("c", 20.0);
-      add(c < allowed ? Verdict::holds : Verdict::fails, "dt < 2 / (c lambda_max(L))",
+      add(c < allowed ? Rating::holds : Rating::fails, "dt < 2 / (c lambda_max(L))",
           fmt::format("c = {}, lambda_max(L) = {}: dt = {}, allowed below {}", number(c), number(largest_), number(experiment_.dt),
                       number(2.0 / (c * largest_))),
           c < allowed ? "held over a round, the coupling does not ring up" : "held over a round, the coupling rings up: take a smaller dt");
@@ -236,7 +232,7 @@ class AdaptiveExamination {
     }
     const KnownGain known = known_gain(physics, gains);
     const bool fits = known.value < allowed;
-    add(fits ? Verdict::note : Verdict::fails, "dt < 2 / (c lambda_max(K B) lambda_max(L)) at the largest gain c",
+    add(fits ? Rating::note : Rating::fails, "dt < 2 / (c lambda_max(K B) lambda_max(L)) at the largest gain c",
         fmt::format("dt = {} allows gains up to {} (lambda_max(L) = {}); known: {}", number(experiment_.dt), number(allowed),
                     number(largest_), known.text),
         fits ? "how far the gains rise on the way depends on the initial differences: compare gain_peak with this after the run"
@@ -256,13 +252,13 @@ class AdaptiveExamination {
     const Reference::Rule rule = Reference::rule(choice_.name, choice_.parameters, experiment_.dt);
     const bool symmetric = std::all_of(graphs_.begin(), graphs_.end(), [](const Graph& graph) { return undirected(graph); });
     const std::string source = "(Knotek, thesis, Algorithm 4.2)";
-    add(symmetric ? Verdict::holds : Verdict::fails, "undirected, for the estimation of eigenvalues",
+    add(symmetric ? Rating::holds : Rating::fails, "undirected, for the estimation of eigenvalues",
         symmetric ? "every graph" : "not every graph",
         (symmetric ? "the artificial states neither grow nor decay " : "the artificial states grow or decay and show no frequency ") +
             source);
     const double window = rule.dt * rule.sample_rounds * static_cast<double>(rule.samples), pi = std::numbers::pi;
     const auto limit = [&](bool holds, std::string condition, double value, const char* relation, double bound, const char* otherwise) {
-      add(holds ? Verdict::holds : Verdict::fails, std::move(condition), fmt::format("{} {} {}", number(value), relation, number(bound)),
+      add(holds ? Rating::holds : Rating::fails, std::move(condition), fmt::format("{} {} {}", number(value), relation, number(bound)),
           (holds ? "the smallest eigenvalue can be told apart " : otherwise) + source);
     };
     const double low = rule.xi * smallest_ * window, high = rule.xi * largest_, sampling = 1.0 / (rule.dt * rule.sample_rounds);

@@ -18,11 +18,7 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
 using Complex = std::complex<double>;
-
-constexpr std::size_t kLargestSpectrum = 300;  // agents up to which eigenvalues are worth the wait
-constexpr std::size_t kMostGraphs = 20;        // different graphs of one run whose eigenvalues are
 
 /// Eigenvalues other than the one nearest to zero.
 std::vector<Complex> without_zero(std::vector<Complex> spectrum) {
@@ -54,7 +50,7 @@ class ControlExamination {
   }
 
  private:
-  void add(Verdict verdict, const std::string& condition, std::string evidence, std::string consequence) {
+  void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
     out_.push_back({verdict, choice_.name + ": " + condition, std::move(evidence), std::move(consequence)});
   }
 
@@ -72,14 +68,14 @@ class ControlExamination {
 
   void step_finding(const std::string& what, Seconds bound, const std::string& how) {
     const bool holds = experiment_.dt < bound * (1.0 - 1e-9);
-    add(holds ? Verdict::holds : Verdict::fails, "dt is short enough for " + what,
+    add(holds ? Rating::holds : Rating::fails, "dt is short enough for " + what,
         fmt::format("dt = {}, allowed below {}{}", text_of(experiment_.dt), text_of(bound), where()),
         holds ? "the sampled loop is stable, " + how : "the sampled loop is unstable: take a shorter dt, " + how);
   }
 
   void sensing_neighbours() {
     const bool holds = experiment_.plant->sensing == PlantSpec::Sensing::neighbours;
-    add(holds ? Verdict::holds : Verdict::fails, "agents measure their in-neighbours", holds ? "sensing: neighbours" : "sensing: own",
+    add(holds ? Rating::holds : Rating::fails, "agents measure their in-neighbours", holds ? "sensing: neighbours" : "sensing: own",
         holds ? "y_i holds y_ii and every y_ij" : "the run ends in its first round: set plant.sensing to neighbours");
   }
 
@@ -95,10 +91,10 @@ class ControlExamination {
       const Values other = physics.knowledge(agent_at(i));
       common = common && *other.find("A") == A && *other.find("B") == B;
     }
-    add(common ? Verdict::holds : Verdict::fails, "all agents have the same A and B", common ? "the plant's parameters" : "they differ",
+    add(common ? Rating::holds : Rating::fails, "all agents have the same A and B", common ? "the plant's parameters" : "they differ",
         common ? "(2.26) splits into one loop per eigenvalue of L" : "(2.27) says nothing about agents that differ");
     const auto reached = stabilisable(A, B);
-    add(reached ? Verdict::holds : Verdict::fails, "(A, B) is stabilisable",
+    add(reached ? Rating::holds : Rating::fails, "(A, B) is stabilisable",
         reached ? shape_of(A) + " and " + shape_of(B) : "B does not reach the eigenvalue " + text_of(*reached.offending),
         reached ? "the Riccati equation (2.22) has its solution" : "(2.22) has none");
     if (!reached) return;
@@ -117,11 +113,11 @@ class ControlExamination {
     const std::string condition = "c >= 1 / (2 min Re lambda), lambda the eigenvalues of L other than zero (2.27)";
     const auto all = graphs();
     if (all.empty()) {
-      add(Verdict::note, condition, "too many graphs or agents for eigenvalues", "the bound was not computed");
+      add(Rating::note, condition, "too many graphs or agents for eigenvalues", "the bound was not computed");
       return;
     }
     if (!spanning()) {
-      add(Verdict::fails, condition, "a second eigenvalue is zero: no spanning tree" + where(), "no c is enough while that lasts");
+      add(Rating::fails, condition, "a second eigenvalue is zero: no spanning tree" + where(), "no c is enough while that lasts");
       return;
     }
     std::vector<Complex> spectrum;
@@ -134,7 +130,7 @@ class ControlExamination {
     for (const Complex& lambda : spectrum) slowest = std::min(slowest, lambda.real());
     const double bound = 1.0 / (2.0 * slowest);
     const bool enough = smallest_c >= bound * (1.0 - 1e-9);
-    add(enough ? Verdict::holds : Verdict::fails, condition,
+    add(enough ? Rating::holds : Rating::fails, condition,
         fmt::format("c = {}, the bound is {}{}", text_of(smallest_c), text_of(bound), where()),
         enough ? "the states agree (Lemma 6)" : "agreement is not promised; the condition is sufficient only");
     // x_i(k+1) = Ad x_i(k) + Bd u_i(k): disagreement along an eigenvector of L moves by Ad - c lambda Bd K.
@@ -158,7 +154,7 @@ class ControlExamination {
   void minimum_energy() {
     sensing_neighbours();
     const auto weak = survey_.failure(strongly_connected);
-    add(weak ? Verdict::fails : Verdict::holds, "strongly connected in every round",
+    add(weak ? Rating::fails : Rating::holds, "strongly connected in every round",
         weak ? fmt::format("not in {} rounds, first in round {}", weak->count, weak->first) : "all rounds",
         weak ? "Theorem 1 does not apply" : "without disturbances everybody tends to x* (24) (Theorem 1)");
     const auto all = graphs();
@@ -202,7 +198,8 @@ class ControlExamination {
       const Matrix root = P[i].llt().matrixL();
       for (const Graph* graph : all) {
         Matrix certainty = Matrix::Zero(P[i].rows(), P[i].rows());
-        for (const Neighbour& j : graph->in_neighbours(agent_at(i))) certainty += j.weight * inverse(P[index_of(j.id)] + Omega);
+        for (const Neighbour& j : graph->in_neighbours(agent_at(i)))
+          certainty += j.weight * inverse(P[index_of(j.id)] + Omega, "P_j + Omega");
         const Matrix gains = root.transpose() * certainty * root;
         largest = std::max(largest, symmetric_eigenvalues(gains).maxCoeff());
       }
@@ -226,7 +223,7 @@ class ControlExamination {
       bound = std::min(bound, own.scalar("steps", 1.0) * (its ? 1.0 : 0.5 * kRungeKutta) / gain);
     }
     const bool holds = experiment_.dt < bound;
-    add(holds ? Verdict::holds : Verdict::fails,
+    add(holds ? Rating::holds : Rating::fails,
         "the integration steps are short against 1 / the largest gain P_i sum_j g_ij (P_j + Omega)^-1",
         fmt::format("largest gain at the start {}{}; dt = {}, allowed below {}{}", text_of(gain),
                     sampled ? " (in the first round)" : where(), text_of(experiment_.dt), text_of(bound), euler ? " (Euler)" : ""),

@@ -21,8 +21,6 @@
 namespace consort {
 namespace {
 
-using Rating = Finding::Verdict;
-
 constexpr Eigen::Index kLargestMatrix = 300;  // order up to which the eigenvalues of the whole error matrix are worth the wait
 
 /// One protocol under examination.

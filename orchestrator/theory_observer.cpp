@@ -20,13 +20,11 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
-
 constexpr std::array<std::string_view, 3> kProtocols{"distributed_observer", "acyclic_sensing", "cooperative_localization"};
-constexpr Eigen::Index kLargestSpectrum = 200;  // error components up to which R's eigenvalues are worth the wait
-constexpr Eigen::Index kLargestStep = 100;      // those up to which some hundred products and spectra are
-constexpr std::size_t kMostCases = 6;           // different graphs of one run whose whole error is examined
-constexpr std::size_t kLargestTeam = 60;        // agents up to which the spectra of all S^(j) are worth the wait
+constexpr Eigen::Index kLargestErrorMatrix = 200;  // error components up to which R's eigenvalues are worth the wait
+constexpr Eigen::Index kLargestStep = 100;         // those up to which some hundred products and spectra are
+constexpr std::size_t kMostCases = 6;              // different graphs of one run whose whole error is examined
+constexpr std::size_t kLargestTeam = 60;           // agents up to which the spectra of all S^(j) are worth the wait
 
 std::string word(AgentId agent) { return std::to_string(agent.value); }
 
@@ -63,7 +61,7 @@ class ObserverExamination {
   };
   [[nodiscard]] bool localises() const { return choice_.name == "cooperative_localization"; }
   [[nodiscard]] bool senses() const { return choice_.name != "distributed_observer"; }
-  void add(Verdict verdict, const std::string& condition, std::string evidence, std::string consequence) {
+  void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
     out_.push_back({verdict, choice_.name + ": " + condition, std::move(evidence), std::move(consequence)});
   }
   [[nodiscard]] std::vector<AgentId> there(Round k) const {
@@ -108,13 +106,13 @@ class ObserverExamination {
       const Graph all = union_of(graphs);
       if (strongly_connected(all)) continue;
       const auto [from, to] = *some_unreached(all);
-      add(Verdict::refused, condition,
+      add(Rating::refused, condition,
           fmt::format("from round {} on, nothing that agent {} says reaches agent {}", first, word(members[index_of(from)]),
                       word(members[index_of(to)])),
           "agents behind the gap never learn the others' states " + theorem);
       return;
     }
-    add(weak ? Verdict::fails : Verdict::holds, condition,
+    add(weak ? Rating::fails : Rating::holds, condition,
         weak ? fmt::format("not in round {}, but over all rounds together", *weak) : "in every round",
         weak ? "convergence is proved for graphs that are strongly connected at all times " + theorem
              : "every agent can follow every other's own estimate " + theorem);
@@ -129,7 +127,7 @@ class ObserverExamination {
         const AgentId self = agent_at(i), j{static_cast<std::uint32_t>(number)};
         for (const Edge edge : {Edge{self, j}, Edge{j, self}}) {
           if (support.has(edge)) continue;
-          add(Verdict::refused, condition,
+          add(Rating::refused, condition,
               fmt::format("agent {} measures agent {}, but the edge {} -> {} is missing", word(self), word(j), word(edge.from),
                           word(edge.to)),
               "the two cannot settle who uses the measurement, nor hand it over (Algorithm 1: G_o is part of G_c)");
@@ -137,14 +135,14 @@ class ObserverExamination {
         }
       }
     }
-    add(Verdict::holds, condition, "for every agent that is measured", "both ends of an edge learn who uses it");
+    add(Rating::holds, condition, "for every agent that is measured", "both ends of an edge learn who uses it");
   }
 
   void dag() {
     for (const Case& one : cases_) {
       std::vector<std::string> uses;
       for (const Edge& edge : one.of.uses) uses.push_back(word(edge.to) + " uses " + word(edge.from));
-      add(Verdict::note, "the acyclic sensing graph", fmt::format("layers {}{}", fmt::join(one.of.layers, " "), where(one)),
+      add(Rating::note, "the acyclic sensing graph", fmt::format("layers {}{}", fmt::join(one.of.layers, " "), where(one)),
           fmt::format("{}; the agents know it is final within {} rounds of a change, and those of 'patience'",
                       uses.empty() ? "nobody uses a relative measurement" : fmt::format("{}", fmt::join(uses, ", ")),
                       2 * experiment_.agents));
@@ -157,14 +155,14 @@ class ObserverExamination {
       const auto& layers = one.of.layers;
       const auto lost = std::find(layers.begin(), layers.end(), layers.size());
       if (lost == layers.end()) continue;
-      add(Verdict::refused, condition,
+      add(Rating::refused, condition,
           fmt::format("agent {} has none{}", word(one.of.members[static_cast<std::size_t>(lost - layers.begin())]), where(one)),
           "the team is not observable: where these agents are cannot be told from what anybody measures (Proposition 4.10)");
       return;
     }
-    add(Verdict::holds, condition, "by their layers", "the team is observable (Proposition 4.10)");
+    add(Rating::holds, condition, "by their layers", "the team is observable (Proposition 4.10)");
     // An agent of a layer above zero uses an edge to the layer below, one of layer zero its absolute position.
-    add(Verdict::holds, "every agent uses a measurement after DAGC (Theorem 4.15, condition 2)",
+    add(Rating::holds, "every agent uses a measurement after DAGC (Theorem 4.15, condition 2)",
         "its absolute one, or one of the layer below", "every (A_ii, C_ii) is observable (Proposition 4.12)");
   }
 
@@ -177,11 +175,11 @@ class ObserverExamination {
           if (const Matrix* coupling = knowledge_[i].find(name + std::to_string(j + 1)); coupling != nullptr && !coupling->isZero(0.0))
             edges.push_back({agent_at(j), agent_at(i)});
     if (const auto cycle = some_cycle(Graph(knowledge_.size(), edges)); !cycle.empty()) {
-      add(Verdict::refused, condition, fmt::format("the couplings run in a circle: {}", fmt::join(numbers(cycle), " -> ")),
+      add(Rating::refused, condition, fmt::format("the couplings run in a circle: {}", fmt::join(numbers(cycle), " -> ")),
           "R of (10) is not triangular, and gains that agents choose alone do not make it stable");
       return;
     }
-    add(Verdict::holds, condition, edges.empty() ? "no couplings" : fmt::format("{} couplings, none in a circle", edges.size()),
+    add(Rating::holds, condition, edges.empty() ? "no couplings" : fmt::format("{} couplings, none in a circle", edges.size()),
         "R of (10) is triangular: stable blocks make it stable");
   }
 
@@ -196,11 +194,11 @@ class ObserverExamination {
           if (verdict) continue;
           why = "C does not show the eigenvalue " + text_of(*verdict.offending);
         }
-        add(Verdict::refused, condition, fmt::format("not that of agent {}: {}{}", word(one.of.members[i]), why, where(one)),
+        add(Rating::refused, condition, fmt::format("not that of agent {}: {}{}", word(one.of.members[i]), why, where(one)),
             "no gain F of that agent makes its own observer follow its state");
         return false;
       }
-    add(Verdict::holds, condition, "at every agent", "a stabilising gain F_i exists at every agent");
+    add(Rating::holds, condition, "at every agent", "a stabilising gain F_i exists at every agent");
     return true;
   }
 
@@ -213,12 +211,12 @@ class ObserverExamination {
         const double abscissa = spectral_abscissa(agent.A - agent.F * agent.C);
         slowest = std::max(slowest, abscissa);
         if (abscissa < 0.0) continue;
-        add(Verdict::fails, condition,
+        add(Rating::fails, condition,
             fmt::format("that of agent {} has an eigenvalue with real part {}{}", word(one.of.members[i]), text_of(abscissa), where(one)),
             "its own observer does not follow its state: choose another F");
         return;
       }
-    add(Verdict::holds, condition, "slowest eigenvalue's real part " + text_of(slowest), "every agent's own observer follows its state");
+    add(Rating::holds, condition, "slowest eigenvalue's real part " + text_of(slowest), "every agent's own observer follows its state");
   }
 
   /// The whole error is examined with one mu.
@@ -226,7 +224,7 @@ class ObserverExamination {
     for (const Case& one : cases_)
       for (const double mu : one.of.mu)
         if (mu != one.of.mu.front()) {
-          add(Verdict::fails, "all agents have the same mu", fmt::format("{} and {}", text_of(one.of.mu.front()), text_of(mu)),
+          add(Rating::fails, "all agents have the same mu", fmt::format("{} and {}", text_of(one.of.mu.front()), text_of(mu)),
               "(13) and R of (10) are those of one mu: give mu, or one rho for its rule");
           return false;
         }
@@ -237,7 +235,7 @@ class ObserverExamination {
     const std::string condition = "mu > max Re lambda(A_jj) / min Re lambda(S^(j)) (13, with real parts)";
     for (const Case& one : cases_) {
       if (one.of.members.size() > kLargestTeam) {
-        add(Verdict::note, condition, fmt::format("{} agents are too many for all S^(j)", one.of.members.size()),
+        add(Rating::note, condition, fmt::format("{} agents are too many for all S^(j)", one.of.members.size()),
             "the bound was not computed");
         continue;
       }
@@ -247,7 +245,7 @@ class ObserverExamination {
       const double mu = one.of.system.mu, bound = std::max(0.0, fastest / smallest);
       // On the edge of stability itself (integrators: max Re lambda(A) = 0) any mu > 0 will do.
       const bool holds = smallest > 1e-12 && mu > bound;
-      add(holds ? Verdict::holds : Verdict::fails, condition,
+      add(holds ? Rating::holds : Rating::fails, condition,
           smallest > 1e-12 ? fmt::format("mu = {}, the bound is {} = {} / {}{}", text_of(mu), text_of(bound),
                                          text_of(std::max(0.0, fastest)), text_of(smallest), where(one))
                            : fmt::format("an eigenvalue of some S^(j) is zero{}", where(one)),
@@ -260,12 +258,12 @@ class ObserverExamination {
       const ObservedSystem& system = one.of.system;
       const Eigen::Index size = system.error_size();
       const std::string condition = "the whole error E' = R E is stable (10)";
-      if (size > kLargestSpectrum) {
-        add(Verdict::note, condition, fmt::format("{} components are too many{}", size, where(one)), "R was not examined");
+      if (size > kLargestErrorMatrix) {
+        add(Rating::note, condition, fmt::format("{} components are too many{}", size, where(one)), "R was not examined");
         continue;
       }
       const double abscissa = spectral_abscissa(error_matrix(system));
-      add(abscissa < 0.0 ? Verdict::holds : Verdict::fails, condition,
+      add(abscissa < 0.0 ? Rating::holds : Rating::fails, condition,
           fmt::format("spectral abscissa {} of {} components{}", text_of(abscissa), size, where(one)),
           abscissa < 0.0 ? (one.of.inputs_known ? "all estimates converge" : "the errors stay bounded as the inputs are (19)")
                          : "the estimates do not converge");
@@ -279,7 +277,7 @@ class ObserverExamination {
     const double now = radius(experiment_.dt);
     const std::string_view order = one.of.system.scheme == SampledScheme::first_order ? "first" : "second";
     const Seconds bound = largest_stable_step(radius, std::min(experiment_.dt, 1e-3));
-    add(now < 1.0 ? Verdict::holds : Verdict::fails, "dt is short enough for the sampled scheme",
+    add(now < 1.0 ? Rating::holds : Rating::fails, "dt is short enough for the sampled scheme",
         fmt::format("dt = {}, allowed below {}; spectral radius {}{}", text_of(experiment_.dt), text_of(bound), text_of(now), where(one)),
         now < 1.0 ? fmt::format("correct and predict once a round is stable, and {}-order accurate in dt", order)
                   : "the sampled scheme is unstable: take a shorter dt");

@@ -17,9 +17,6 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
-
-constexpr std::size_t kMostGraphs = 20;       // different graphs of one run that are looked at
 constexpr std::size_t kMostRows = 12;         // agents whose variances are printed
 constexpr Eigen::Index kLargestSearch = 150;  // numbers in all errors up to which the largest stable step is searched for
 
@@ -65,7 +62,7 @@ class NetworkExamination {
   }
 
  private:
-  void add(Verdict verdict, const std::string& condition, std::string evidence, std::string consequence) {
+  void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
     out_.push_back({verdict, "sensor_network_observer: " + condition, std::move(evidence), std::move(consequence)});
   }
   [[nodiscard]] AgentId original(AgentId place) const { return examined_.agents[index_of(place)]; }
@@ -91,7 +88,7 @@ class NetworkExamination {
       else
         all += (all.empty() ? "" : "; ") + names_[j] + ": " + listed(who);
     }
-    add(unseen.empty() ? Verdict::holds : Verdict::refused, "some agent sees every state group (3.21)",
+    add(unseen.empty() ? Rating::holds : Rating::refused, "some agent sees every state group (3.21)",
         unseen.empty() ? all : "nobody sees " + unseen,
         unseen.empty() ? "the sensors together observe the plant"
                        : "no agent can correct its estimate of it: give somebody a sensor that sees it");
@@ -100,7 +97,7 @@ class NetworkExamination {
   void leaders(const std::vector<std::vector<AgentId>>& groups) {
     const std::string condition = "the graph has a spanning tree, and all sensing agents are its leaders (Assumption 10)";
     if (groups.size() != 1) {
-      add(Verdict::refused, condition,
+      add(Rating::refused, condition,
           fmt::format("two groups hear nobody outside: {}; {}", listed(original(groups[0])), listed(original(groups[1]))),
           "what one group sees never reaches the other: add an edge between them");
       return;
@@ -118,14 +115,14 @@ class NetworkExamination {
       if (!who.empty() && !led) missing += (missing.empty() ? "" : ", ") + names_[j];
     }
     if (outside.empty()) {
-      add(Verdict::holds, condition, "the leaders are " + listed(original(leading)),
+      add(Rating::holds, condition, "the leaders are " + listed(original(leading)),
           "Theorem 6: every estimate converges for gamma large enough");
     } else if (missing.empty()) {
-      add(Verdict::fails, condition, fmt::format("{}: not heard by the leaders, {}", listed(outside), listed(original(leading))),
+      add(Rating::fails, condition, fmt::format("{}: not heard by the leaders, {}", listed(outside), listed(original(leading))),
           "their sensors help only themselves and their listeners; the leaders see every state group without them, so what they send is "
           "right");
     } else {
-      add(Verdict::refused, condition,
+      add(Rating::refused, condition,
           fmt::format("{}: not heard by the leaders, {}, who do not see {}", listed(outside), listed(original(leading)), missing),
           "the leaders' estimates of it stay wrong: add a path from those who see it to the leaders");
     }
@@ -135,7 +132,7 @@ class NetworkExamination {
     const GammaBounds bound = gamma_bounds(examined_.network.A, examined_.network.graph, leading);
     const double largest = std::max(bound.leaders, bound.followers);
     const bool enough = examined_.agreed.gamma > largest;
-    add(enough ? Verdict::holds : Verdict::fails, "gamma is above the bounds (3.83) and (3.84)",
+    add(enough ? Rating::holds : Rating::fails, "gamma is above the bounds (3.83) and (3.84)",
         fmt::format("gamma = {}; leaders {}, followers {}", text_of(examined_.agreed.gamma), text_of(bound.leaders),
                     text_of(bound.followers)),
         largest == 0.0
@@ -149,7 +146,7 @@ class NetworkExamination {
     const Vector& used = examined_.alpha.back();
     std::string text;
     for (std::size_t j = 0; j < names_.size(); ++j) text += (j == 0 ? "" : ", ") + text_of(used[static_cast<Eigen::Index>(j)]);
-    add(smallest >= 1.0 - 1e-9 ? Verdict::holds : Verdict::fails, "alpha is within the bound (3.85)",
+    add(smallest >= 1.0 - 1e-9 ? Rating::holds : Rating::fails, "alpha is within the bound (3.85)",
         fmt::format("alpha = {}{}; w_min / w_max = {}", text, examined_.agreed.alpha.size() > 0 ? "" : " by Algorithm 3.2",
                     text_of(bound.balance)),
         std::isinf(smallest)
@@ -161,7 +158,7 @@ class NetworkExamination {
   bool stability() {
     const double abscissa = spectral_abscissa(error_matrix(examined_.network));
     const bool holds = abscissa < 0.0;
-    add(holds ? Verdict::holds : Verdict::fails, "the error matrix of the whole network is stable",
+    add(holds ? Rating::holds : Rating::fails, "the error matrix of the whole network is stable",
         fmt::format("largest real part {} 1/s", text_of(abscissa)),
         holds ? fmt::format("the estimates converge, in the end with a time constant of {} s", text_of(-1.0 / abscissa))
               : "the estimates do not converge");
@@ -179,7 +176,7 @@ class NetworkExamination {
       const Seconds bound = largest_stable_step(radius, 0.01 / fastest);
       evidence += std::isinf(bound) ? "; no step up to any length matters" : fmt::format("; stable below {} s", text_of(bound));
     }
-    add(now < 1.0 ? Verdict::holds : Verdict::fails, "dt is short enough for the sampled observers", evidence,
+    add(now < 1.0 ? Rating::holds : Rating::fails, "dt is short enough for the sampled observers", evidence,
         now < 1.0 ? "the consensus part bears any step; the measurements ask for dt rho(G_i C_i) below about 1"
                   : "the sampled errors do not decay: take a shorter dt");
   }
@@ -203,7 +200,7 @@ class NetworkExamination {
       for (const Eigen::Index c : examined_.observers[i].observable) observed += P[static_cast<Eigen::Index>(i) * n + c];
     }
     const bool sampled = spectral_radius(sampled_error_matrix(examined_.network, experiment_.dt)) < 1.0;
-    add(Verdict::note, "stationary covariance of the errors (3.73), if noises are as Q and R say",
+    add(Rating::note, "stationary covariance of the errors (3.73), if noises are as Q and R say",
         fmt::format(
             "trace P = {:.5g}{}; of what each agent sees itself {:.5g}, by its own filter alone (3.29) {:.5g}", P.sum(),
             sampled ? fmt::format(", with steps of dt {:.5g}", sampled_error_covariance(examined_.network, experiment_.dt).trace()) : "",
@@ -215,7 +212,7 @@ class NetworkExamination {
       Vector alone = Vector::Zero(n);
       for (std::size_t c = 0; c < observable.size(); ++c)
         alone[observable[c]] = M_inverse(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(c));
-      add(Verdict::note, "variances of agent " + std::to_string(examined_.agents[i].value),
+      add(Rating::note, "variances of agent " + std::to_string(examined_.agents[i].value),
           by_group(P.segment(static_cast<Eigen::Index>(i) * n, n)),
           observable.empty() ? "no sensor" : "by its own filter alone " + by_group(alone, &observes));
     }
@@ -234,7 +231,7 @@ class Merged {
     for (Finding& finding : findings) {
       const auto same = std::find_if(out_.begin(), out_.end(), [&](const Entry& e) { return e.finding.condition == finding.condition; });
       if (same == out_.end()) {
-        const std::size_t refusals = finding.verdict == Verdict::refused ? 1 : 0;
+        const std::size_t refusals = finding.verdict == Rating::refused ? 1 : 0;
         out_.push_back({std::move(finding), from, refusals});
       } else
         merge(*same, std::move(finding), from);
@@ -244,8 +241,8 @@ class Merged {
   std::vector<Finding> take() {
     std::vector<Finding> out;
     for (auto& [finding, from, refusals] : out_) {
-      const bool failed = finding.verdict == Verdict::fails || finding.verdict == Verdict::refused;
-      if (finding.verdict == Verdict::refused && refusals < graphs_) finding.verdict = Verdict::fails;
+      const bool failed = finding.verdict == Rating::fails || finding.verdict == Rating::refused;
+      if (finding.verdict == Rating::refused && refusals < graphs_) finding.verdict = Rating::fails;
       if (graphs_ > 1) finding.evidence = fmt::format("{} round {}: {}", failed ? "first in" : "from", from, finding.evidence);
       out.push_back(std::move(finding));
     }
@@ -258,9 +255,9 @@ class Merged {
     Round from;
     std::size_t refusals;
   };
-  static int rank(Verdict verdict) { return verdict == Verdict::refused ? 2 : verdict == Verdict::fails ? 1 : 0; }
+  static int rank(Rating verdict) { return verdict == Rating::refused ? 2 : verdict == Rating::fails ? 1 : 0; }
   static void merge(Entry& kept, Finding finding, Round from) {
-    if (finding.verdict == Verdict::refused) ++kept.refusals;
+    if (finding.verdict == Rating::refused) ++kept.refusals;
     // The worst counts; of several good ones, the last graph's, which the run ends with.
     if (rank(finding.verdict) < rank(kept.finding.verdict) ||
         (rank(finding.verdict) > 0 && rank(finding.verdict) == rank(kept.finding.verdict)))
@@ -279,7 +276,7 @@ std::vector<Finding> examine_sensor_network(const Experiment& experiment, const 
   const std::string who = "sensor_network_observer: ";
   const Physics physics(plant_task(experiment, experiment.seed));
   if (!physics.shared())
-    return {{Verdict::refused, who + "one linear plant that all agents share",
+    return {{Rating::refused, who + "one linear plant that all agents share",
              "found the model " + experiment.plant->model + ", of which each agent has a part",
              "agents would draw estimates of different things together: take a shared plant, such as shared_linear or beam"}};
   std::set<const Graph*> seen;
@@ -288,7 +285,7 @@ std::vector<Finding> examine_sensor_network(const Experiment& experiment, const 
     if (!seen.insert(segment.graph.get()).second) continue;
     const auto examined = seen.size() > kMostGraphs ? std::nullopt : examined_network(experiment, choice, *segment.graph, segment.first);
     if (!examined)
-      return {{Verdict::note, who + "observability, leaders, stability", "too many graphs, or too many numbers in the errors of all agents",
+      return {{Rating::note, who + "observability, leaders, stability", "too many graphs, or too many numbers in the errors of all agents",
                "not examined"}};
     merged.add(NetworkExamination(experiment, *examined, names_of(examined->groups, physics.state_layout())).findings(), segment.first);
   }

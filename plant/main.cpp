@@ -23,16 +23,12 @@ Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator
 
 int main(int argc, char** argv) {
   using namespace consort;
-  RunProcessOptions options;
-  CLI::App app(kHelp, "consort-plant");
-  add_options(app, options);
-  return run_main(app, argc, argv, [&] {
-    die_with(options.orchestrator);
-    options.hears_multicast_data = false;
+  return run_process({"consort-plant", kHelp, false}, argc, argv, [](const RunProcessOptions& options) -> MakeMember {
     const auto log = std::make_shared<spdlog::logger>("plant", std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return serve(options,
-                 [&](const wire::Participant& participant) { return std::make_unique<PlantNode>(participant, options.orchestrator != 0); });
+    return [launched = options.orchestrator != 0](const wire::Participant& participant) {
+      return std::make_unique<PlantNode>(participant, launched);
+    };
   });
 }

@@ -18,9 +18,7 @@ class PlantNode final : public RunMember {
   /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
   PlantNode(const wire::Participant& participant, bool launched);
 
-  /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears, ConfigError or RunError if
-  /// an assignment cannot be carried out or the physics diverges (the orchestrator has been told by then).
-  void run();
+  void run() override;
 
  private:
   // Called on DDS's receive threads.

@@ -76,7 +76,7 @@ struct DkfIterative {
       S += heard.U;
     }
     // (P^-1 + S)^-1 = (I + P S)^-1 P, which asks for no inverse of P
-    const Matrix one_sided = solve(Matrix::Identity(n, n) + s.covariance() * S, Matrix(s.covariance()));
+    const Matrix one_sided = solve(Matrix::Identity(n, n) + s.covariance() * S, Matrix(s.covariance()), "dkf_iterative: I + P_i S_i");
     const Matrix M = 0.5 * (one_sided + one_sided.transpose());
     const double epsilon = p.bounded && d > 0.0 ? bounded_gain(p.epsilon, d, M) : p.epsilon;
     s.x() = plant.step * (x + M * (z - S * x + epsilon * pull));

@@ -113,8 +113,8 @@ TEST(Beam, ModalModelIsTheReductionOfTheWholeOne) {
   const Eigen::Index n = m.mass.rows();
   Matrix A = Matrix::Zero(2 * n, 2 * n);
   A.topRightCorner(n, n).setIdentity();
-  A.bottomLeftCorner(n, n) = -solve(m.mass, m.stiffness);
-  A.bottomRightCorner(n, n) = -solve(m.mass, m.damping);
+  A.bottomLeftCorner(n, n) = -solve(m.mass, m.stiffness, "M");
+  A.bottomRightCorner(n, n) = -solve(m.mass, m.damping, "M");
   Vector q = Vector::Zero(2 * n);
   q[4] = 10.0;  // w of free node 2
   // y(0) and its derivatives are linear in the state: compare C A^k z.

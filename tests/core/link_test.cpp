@@ -126,9 +126,9 @@ TEST(Noise, FactorReproducesEveryPositiveSemidefiniteMatrix) {
       z.col(k) = noise_of(draws, static_cast<Round>(k), n);
       noise.col(k) = noise_of(link, static_cast<Round>(k), n);
     }
-    const Matrix factor = noise * inverse(z);
+    const Matrix factor = noise * inverse(z, "z");
     const double worst = (factor * factor.transpose() - covariance).cwiseAbs().maxCoeff();
-    const double condition = z.norm() * inverse(z).norm();
+    const double condition = z.norm() * inverse(z, "z").norm();
     ASSERT_LT(worst, 1e-12 * condition * condition * covariance.norm()) << factor * factor.transpose() << "\n\n" << covariance;
   }
 }

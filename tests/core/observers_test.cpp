@@ -26,8 +26,8 @@ Matrix symmetric(double a, double b, double c) { return (Matrix(2, 2) << a, b, b
 TEST(Observers, ASensorSaysWhatItsMeasurementIsWorth) {
   const Matrix C = (Matrix(2, 3) << 1, 2, 0, 0, 1, 1).finished(), R = (Matrix(2, 2) << 2, 0.5, 0.5, 1).finished();
   const Sensor found = sensor(C, R);
-  expect_near(found.to_u, C.transpose() * inverse(R), 1e-15);
-  expect_near(found.U, C.transpose() * inverse(R) * C, 1e-15);
+  expect_near(found.to_u, C.transpose() * inverse(R, "R"), 1e-15);
+  expect_near(found.U, C.transpose() * inverse(R, "R") * C, 1e-15);
   EXPECT_EQ(found.U, found.U.transpose());
   const Sensor none = sensor(Matrix(0, 3), Matrix(0, 0));
   EXPECT_EQ(none.to_u.cols(), 0);
@@ -44,7 +44,7 @@ TEST(Observers, TheCorrectionIsThatOfTheKalmanFilter) {
     const Matrix C = Matrix::NullaryExpr(2, 3, [&] { return stream.uniform(-1.0, 1.0); });
     const Vector y = direct::random_vector(stream, 2), z = direct::random_vector(stream, 3);
     const double h = 0.3;
-    const Matrix K = P * C.transpose() * inverse(C * P * C.transpose() + R / h);
+    const Matrix K = P * C.transpose() * inverse(C * P * C.transpose() + R / h, "C P C' + R / h");
     const Sensor s = sensor(C, R);
     expect_near(corrected_by(s.to_u * y, s.U, P, z, h), K * (y - C * z), 1e-11);
   }

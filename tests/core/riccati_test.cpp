@@ -74,7 +74,7 @@ TEST(Riccati, LeavesNoResidualAndStabilises) {
     const auto [A, B, Q, R] = random_system(seed);
     const auto [P, K, abscissa, residual] = continuous_riccati(A, B, Q, R);
     ASSERT_LT(residual, 1e-12);
-    const Matrix left = A.transpose() * P + P * A - P * B * inverse(R) * B.transpose() * P + Q;
+    const Matrix left = A.transpose() * P + P * A - P * B * inverse(R, "R") * B.transpose() * P + Q;
     ASSERT_LT(left.norm(), 1e-10 * (2 * (P * A).norm() + Q.norm() + (K.transpose() * R * K).norm()));
     ASSERT_EQ(P, Matrix(P.transpose()));
     ASSERT_GT(symmetric_eigenvalues(P)(0), -1e-11 * P.norm());

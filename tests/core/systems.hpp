@@ -43,7 +43,7 @@ inline Matrix lyapunov_operator(const Matrix& A) {
 
 /// X with A X + X A' + Q = 0, as n^2 linear equations.
 inline Matrix lyapunov_by_kronecker(const Matrix& A, const Matrix& Q) {
-  const Vector x = solve(lyapunov_operator(A), Vector(-Q.reshaped()));
+  const Vector x = solve(lyapunov_operator(A), Vector(-Q.reshaped()), "the operator");
   return x.reshaped(A.rows(), A.rows());
 }
 

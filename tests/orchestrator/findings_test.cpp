@@ -7,7 +7,7 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
+using Verdict = Rating;
 
 const std::vector<Finding> kMixed{{Verdict::holds, "strongly connected", "all rounds", "good"},
                                   {Verdict::refused, "observable", "agent 3 does not see mode 2", "its error does not shrink"},

@@ -8,7 +8,7 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
+using Verdict = Rating;
 
 const std::string kRing = "topology: ring\n";
 const std::string kIntegrators = "plant: {model: {name: integrator, order: 2}, initial: {position: {linspace: [-1, 1]}}}\n";

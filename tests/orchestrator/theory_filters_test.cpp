@@ -8,7 +8,7 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
+using Verdict = Rating;
 
 #define EXPECT_SAYS(text, where) EXPECT_PRED_FORMAT2(testing::IsSubstring, text, where)
 

@@ -11,7 +11,7 @@
 namespace consort {
 namespace {
 
-using Verdict = Finding::Verdict;
+using Verdict = Rating;
 
 std::vector<Finding> findings(const std::string& agents, const std::string& rest) {
   return examine(parse_experiment("experiment: t\nagents: {" + agents + "}\n" + rest + "\n", "t.yaml", "."));

@@ -213,7 +213,7 @@ TEST(Faults, AKilledPlantEndsTheRunNamingIt) {
   EXPECT_GT(run.estimates(), 0);
 }
 
-TEST(Faults, APlantThatStandsStillIsNamedByThoseWhoWait) {
+TEST(PatientFaults, APlantThatStandsStillIsNamedByThoseWhoWait) {
   Command run(endless_loop());
   ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
   const auto children = run.program->children();
@@ -384,7 +384,7 @@ TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
   EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();
 }
 
-TEST(Faults, AnAgentWithoutTheRunsKeyIsAStrangerToIt) {
+TEST(PatientFaults, AnAgentWithoutTheRunsKeyIsAStrangerToIt) {
   const std::string name = unique_run_name("keyless");
   const Folder folder;
   const std::vector<std::string> by_hand{"--id", "4", "--run", name, "--domain", "65"};

@@ -117,19 +117,19 @@ TEST(ProcessEvents, MayFillTheWholeRunAndFallOnNeighbours) {
   expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
 }
 
-TEST(TransportLoss, EveryRunStartsRunsEndsAndAccountsForIt) {
-  for (const double loss : {0.05, 0.1, 0.2}) {
-    SCOPED_TRACE(loss);
-    Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 6, join: 5}, {round: 9, kill: 2}, {round: 12, restart: 2}]");
-    experiment.rounds = 20;
-    experiment.transport.loss = loss;
-    Keeper keeper;
-    expect_same_traces(run_over_dds(experiment, nullptr, &keeper), run_in_simulation(experiment));
-    const bool told = std::any_of(keeper.events.begin(), keeper.events.end(),
-                                  [](const std::string& event) { return event.find("sent again") != std::string::npos; });
-    EXPECT_TRUE(told) << "what the transport repeated is told";
-  }
+class PatientTransportLoss : public testing::TestWithParam<double> {};
+
+TEST_P(PatientTransportLoss, EveryRunStartsRunsEndsAndAccountsForIt) {
+  Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 6, join: 5}, {round: 9, kill: 2}, {round: 12, restart: 2}]");
+  experiment.rounds = 20;
+  experiment.transport.loss = GetParam();
+  Keeper keeper;
+  expect_same_traces(run_over_dds(experiment, nullptr, &keeper), run_in_simulation(experiment));
+  const bool told = std::any_of(keeper.events.begin(), keeper.events.end(),
+                                [](const std::string& event) { return event.find("sent again") != std::string::npos; });
+  EXPECT_TRUE(told) << "what the transport repeated is told";
 }
+INSTANTIATE_TEST_SUITE_P(Loss, PatientTransportLoss, testing::Values(0.05, 0.1, 0.2));
 
 }  // namespace
 }  // namespace consort

@@ -231,7 +231,7 @@ TEST(DkfIterative, ARoundIsTheAlgorithmsLetter) {
   const Matrix C1 = oscillator::C()[0], C2 = oscillator::C()[1];
   const Matrix S = C1.transpose() * C1 / 0.5 + C2.transpose() * C2 / 1.0;
   const Vector z = C1.transpose() * y1 / 0.5 + C2.transpose() * y2 / 1.0;
-  const Matrix M = inverse(I + S);
+  const Matrix M = inverse(I + S, "I + S");
   const Vector x = first.vector("x"), other = second.vector("x");
   expect_near(agents.estimate(0), A * (x + M * (z - S * x) + 0.5 * M * (other - x)), 1e-15);
   expect_near(agents.P(0), A * M * A.transpose() + 0.01 * I, 1e-15);

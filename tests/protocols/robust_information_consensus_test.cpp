@@ -76,10 +76,10 @@ struct Swarm {
     Matrix Y = Matrix::Zero(P[0].rows(), P[0].rows());
     Vector y = Vector::Zero(P[0].rows());
     for (std::size_t i = 0; i < agents; ++i) {
-      Y += inverse(P[i]);
-      y += inverse(P[i]) * x[i];
+      Y += inverse(P[i], "P_i");
+      y += inverse(P[i], "P_i") * x[i];
     }
-    return inverse(Y) * y;
+    return inverse(Y, "Y") * y;
   }
 
   Seed seed;

@@ -105,10 +105,10 @@ TEST(UnbiasedConsensus, ReachesTheCentralisedEstimateWithFullCovariancesOnGraphs
     Matrix information = Matrix::Zero(c.dimension, c.dimension);
     Vector weighted = Vector::Zero(c.dimension);
     for (std::size_t i = 0; i < c.agents; ++i) {
-      information += inverse(c.P[i]);
-      weighted += inverse(c.P[i]) * c.x[i];
+      information += inverse(c.P[i], "P_i");
+      weighted += inverse(c.P[i], "P_i") * c.x[i];
     }
-    const Vector expected = inverse(information) * weighted;
+    const Vector expected = inverse(information, "information") * weighted;
     for (const char* protocol : {"unbiased_kalman_consensus", "unbiased_information_consensus"}) {
       Experiment e = c.experiment(protocol, 600);
       e.topology = schedule;
@@ -160,15 +160,15 @@ TEST(KalmanConsensus, OnTheCompleteGraphOneRoundIsTheCentralisedFilter) {
     Matrix information = Matrix::Zero(c.dimension, c.dimension);
     Vector weighted = Vector::Zero(c.dimension);
     for (std::size_t i = 0; i < c.agents; ++i) {
-      information += inverse(c.P[i]);
-      weighted += inverse(c.P[i]) * c.x[i];
+      information += inverse(c.P[i], "P_i");
+      weighted += inverse(c.P[i], "P_i") * c.x[i];
     }
     using Spec = KalmanConsensus<kDynamic>;
     const Matrix zero = Matrix::Zero(c.dimension, c.dimension);
     const Spec::Params params{zero, zero, false};
     for (const auto& s : direct::advance<Spec>(params, c.states<Spec>(params), *c.graph)) {
-      EXPECT_LT(largest(s.P - inverse(information)), 1e-12);
-      EXPECT_LT(largest(s.x - inverse(information) * weighted), 1e-10);
+      EXPECT_LT(largest(s.P - inverse(information, "information")), 1e-12);
+      EXPECT_LT(largest(s.x - inverse(information, "information") * weighted), 1e-10);
     }
   }
 }
