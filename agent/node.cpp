@@ -341,6 +341,7 @@ void Node::meet_neighbours(Lock& lock) {
   }
   const bool wildcard = everyone && first_reader && wanted.size() + options_.agents.size() == agents;
 
+  const Round window = parts_.begin()->second.window;
   lock.unlock();  // creating endpoints calls back
   std::vector<std::pair<AgentId, wire::InformationWriter>> created;
   for (const auto& [member, agent] : new_writers) {
@@ -354,7 +355,7 @@ void Node::meet_neighbours(Lock& lock) {
                                         wake_.notify_one();
                                       });
                                     },
-                                    delivery_));
+                                    window, delivery_));
   }
   std::optional<wire::InformationReader> listening;
   if (!wanted.empty()) {
@@ -377,6 +378,7 @@ void Node::meet_plant(Lock& lock) {
   if (!run.plant) return;
   const std::uint32_t process = options_.agents.front().value;
   const bool steers = run.steers;
+  const Round window = run.window;
   lock.unlock();  // creating endpoints calls back
   if (!measurements_)
     measurements_.emplace(
@@ -393,7 +395,7 @@ void Node::meet_plant(Lock& lock) {
             wake_.notify_one();
           });
         },
-        delivery_);
+        window, delivery_);
   }
   lock.lock();
   if (created) actuations_.emplace(std::move(*created));
@@ -510,13 +512,18 @@ Performance Node::performance() const {
 
 /// All agents here have left the run: says the last word, sees that it arrives, and ends.
 void Node::take_leave(Lock& lock) {
-  const double patience = options_.lossy ? 10.0 : 1.0;  // s; who died without a word still counts as a reader, and acknowledges nothing
+  // s; who died without a word still counts as a reader, and acknowledges nothing
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(options_.lossy ? 10 : 1);
+  const auto let_arrive = [end](auto& writer) {
+    const std::chrono::duration<double> left = end - std::chrono::steady_clock::now();
+    writer.wait_for_acknowledgments(std::max(left.count(), 0.0));
+  };
   send_reports(lock, true);
   lock.unlock();
-  for (auto& [agent, writer] : information_) writer.wait_for_acknowledgments(patience);
-  if (announcements_) announcements_->wait_for_acknowledgments(patience);
-  if (actuations_) actuations_->wait_for_acknowledgments(patience);
-  telemetry_.wait_for_acknowledgments(patience);
+  let_arrive(telemetry_);  // first, as whoever reads it is alive
+  for (auto& [agent, writer] : information_) let_arrive(writer);
+  if (announcements_) let_arrive(*announcements_);
+  if (actuations_) let_arrive(*actuations_);
   lock.lock();
 }
 

@@ -59,7 +59,7 @@ dds::configuration::Settings settings_of(const RunProcessOptions& options, bool 
   if (options.lossy()) settings.spdp_interval = dds::configuration::kAnnounceAgain;
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   settings.writer_linger = std::chrono::milliseconds(0);  // whoever needs to know that something arrived waits for it
-  if (options.orchestrator == 0) settings.lease_duration = std::chrono::milliseconds(2000);
+  settings.lease_duration = options.orchestrator == 0 ? std::chrono::milliseconds(2000) : dds::configuration::kLongestLease;
   if (options.discovery == "neighbours") {
     settings.discovery = dds::configuration::Discovery::neighbours;
     settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0, options.domain));

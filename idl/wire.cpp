@@ -101,6 +101,14 @@ Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders
   return qos;
 }
 
+/// Of a writer. Beyond `kept` come the greetings before the first round.
+dds::pub::qos::DataWriterQos keeping(Round kept, const std::optional<Delivery>& delivery) {
+  constexpr std::size_t kGreetings = 64;
+  auto qos = information_qos<dds::pub::qos::DataWriterQos>(delivery);
+  if (!delivery && kept + kGreetings <= kMostKept) qos << History::KeepLast(static_cast<std::int32_t>(kept + kGreetings));
+  return qos;
+}
+
 /// Counts what DDS tells a reader.
 struct EventCount {
   std::atomic<std::uint64_t> deadlines_missed{0}, liveliness_lost{0};
@@ -353,12 +361,12 @@ AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
+  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched, Round kept,
+       const std::optional<Delivery>& delivery)
       : agent(sender),
         gate(participant, kInformationTopic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
-               dds::topic::Topic<Wire>(participant, kInformationTopic),
-               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(kInformationTopic),
+               dds::topic::Topic<Wire>(participant, kInformationTopic), keeping(kept, delivery) << participant.badge(kInformationTopic),
                {.on_publication_matched =
                     judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {}
   AgentId agent;
@@ -366,9 +374,9 @@ struct InformationWriter::Impl {
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+InformationWriter::InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched, Round kept,
                                      const std::optional<Delivery>& delivery)
-    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
+    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), kept, delivery)) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
 
@@ -459,12 +467,11 @@ ReaderEvents InformationReader::events() const { return impl_->events.now(); }
 template <class T>
 struct LoopWriter<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
        const std::optional<Delivery>& delivery)
       : gate(participant, LoopOf<T>::topic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
-               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(LoopOf<T>::topic),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), keeping(kept, delivery) << participant.badge(LoopOf<T>::topic),
                {.on_publication_matched =
                     judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {}
   Gate gate;
@@ -472,9 +479,9 @@ struct LoopWriter<T>::Impl {
 };
 
 template <class T>
-LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
                           const std::optional<Delivery>& delivery)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), kept, delivery)) {}
 template <class T>
 LoopWriter<T>::~LoopWriter() = default;
 template <class T>

@@ -37,6 +37,11 @@ struct Member {
   Attendance presence;
 };
 
+/// Half a grant window is never longer, in rounds (nor shorter than a report interval).
+constexpr Round kLargestHalfWindow = 2048;
+/// Nobody is ever granted more rounds beyond the slowest agent: so much is kept for later by who is ahead and by who hears of it.
+constexpr Round largest_window(Round report_interval) { return 2 * std::max(kLargestHalfWindow, report_interval) + report_interval; }
+
 /// How samples are delivered in real time. In lockstep they are reliable, and all are kept.
 struct Delivery {
   bool reliable = false;
@@ -242,10 +247,11 @@ class AnnouncementReader {
 
 /// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes of the run) have been matched so far; those
 /// that have left count.
+/// `delivery`: in real time; else reliable, and the newest `kept` messages are kept for readers that miss some: a reader that is alive
+/// needs no more than a window of them, and one that died without a word would need them for ever.
 class InformationWriter {
  public:
-  /// `delivery`: in real time; else reliable, and all is kept.
-  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
+  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched, Round kept,
                     const std::optional<Delivery>& delivery = {});
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
@@ -303,8 +309,8 @@ class InformationReader {
 template <class T>
 class LoopWriter {
  public:
-  /// Measurement: to the process of that name alone. Actuation: to the plant.
-  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
+  /// Measurement: to the process of that name alone. Actuation: to the plant. `kept`, `delivery`: as those of an InformationWriter.
+  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
              const std::optional<Delivery>& delivery = {});
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;

@@ -35,7 +35,7 @@ constexpr std::size_t kMostGraphs = 4096;
 constexpr double kStallSeconds = 5.0;  // silence after which the agents are asked whom they wait for
 
 Round round_up(double rounds, Round multiple) {
-  const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(kLargestHalfWindow)));
+  const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(wire::kLargestHalfWindow)));
   return (wanted + multiple - 1) / multiple * multiple;
 }
 

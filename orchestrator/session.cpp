@@ -83,7 +83,7 @@ void Session::open_hubs() {
   settings_.writer_high_watermark = kWriterMemory;
   settings_.writer_linger = milliseconds(0);
   settings_.transmit_loss = experiment_.transport.loss;
-  if (!options_.external.empty() || options_.external_plant) settings_.lease_duration = kExternalLease;
+  settings_.lease_duration = !options_.external.empty() || options_.external_plant ? kExternalLease : dds::configuration::kLongestLease;
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
                                  [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
                                  [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); },
@@ -346,7 +346,7 @@ std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) c
   common.dt = experiment_.dt;
   common.rounds = experiment_.rounds;
   common.report_interval = experiment_.report_interval();
-  common.window = 2 * std::max<Round>(kLargestHalfWindow, common.report_interval) + common.report_interval;
+  common.window = wire::largest_window(common.report_interval);
   common.parameters = protocol.parameters;
   const LinkModel& links = experiment_.links_of(protocol);
   common.standard_link = links.standard;

@@ -23,9 +23,6 @@
 
 namespace consort {
 
-/// Half a grant window is never longer, in rounds (nor shorter than a report interval): it bounds what an agent keeps for later.
-constexpr Round kLargestHalfWindow = 16'384;
-
 class Session {
  public:
   Session(const Experiment& experiment, const RunOptions& options);

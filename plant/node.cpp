@@ -166,11 +166,11 @@ void PlantNode::begin_run(Lock& lock) {
     measurements_.at(process).write({*epoch_, round, values});
   });
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, run.task.model, run.agents.size(), run.task.seed.value);
-  meet_agents(lock);
+  meet_agents(lock, wire::largest_window(run.report_interval));
 }
 
 /// Creates the ends of the closed loop that earlier runs of the session did not.
-void PlantNode::meet_agents(Lock& lock) {
+void PlantNode::meet_agents(Lock& lock, Round window) {
   const std::vector<std::uint32_t> processes = rounds_->processes();
   lock.unlock();  // creating endpoints calls back
   if (!actuations_)
@@ -194,7 +194,7 @@ void PlantNode::meet_agents(Lock& lock) {
                                      wake_.notify_one();
                                    });
                                  },
-                                 delivery_));
+                                 window, delivery_));
   }
   lock.lock();
   measurements_.merge(created);

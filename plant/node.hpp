@@ -31,7 +31,7 @@ class PlantNode final : public RunMember {
   // Called on the main thread.
   void serve(Lock& lock);
   void begin_run(Lock& lock);
-  void meet_agents(Lock& lock);
+  void meet_agents(Lock& lock, Round window);
   void beat(Round k);
   [[nodiscard]] Performance performance() const;
   void greet();

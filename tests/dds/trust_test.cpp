@@ -158,7 +158,8 @@ TEST_F(Trust, ACopiedBadgeIsWorthNothing) {
 TEST_F(Trust, AReaderWithoutTheKeyIsNotCountedAmongThoseWhoListen) {
   std::atomic<std::size_t> listeners{0};
   const Participant keyed(here.participant, kKey);
-  InformationWriter writer(keyed, AgentId{1}, [&](std::size_t n) { listeners = n; });
+  InformationWriter writer(
+      keyed, AgentId{1}, [&](std::size_t n) { listeners = n; }, 100);
   const std::vector<AgentId> senders{AgentId{1}};
   const InformationReader stranger(Participant(there.participant, RunKey()), senders, [](InformationReader::Burst&) {});
   Side elsewhere(3);

@@ -104,6 +104,35 @@ TEST(ProcessEvents, AStragglerIsWaitedForAndChangesNothing) {
   EXPECT_TRUE(tells(keeper, "continue: agent 4"));
 }
 
+TEST(PatientProcessEvents, AStopMayLastLongerThanDdsWaitsForASilentParticipantByDefault) {
+  const Experiment experiment = case_of(std::string(kTeam) + "events: [{round: 50, stop: 2}, {round: 290, continue: 2}]");
+  const auto outcome = run_over_dds(experiment);
+  expect_same_traces(outcome, run_in_simulation(experiment));
+  EXPECT_GE(outcome[0].seconds, 11.9) << "240 rounds of 0.05 s asleep";
+}
+
+#ifndef CONSORT_SANITIZE  // sanitizers keep what was freed
+TEST(Memory, DoesNotGrowWithTheRounds) {
+  const auto largest = [](Round rounds) {
+    Experiment experiment = parse_experiment(R"(
+experiment: memory
+rounds: 1
+dt: 0.1
+agents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
+topology: ring
+)",
+                                             "memory.yaml", ".");
+    experiment.rounds = rounds;
+    std::uint64_t bytes = 0;
+    for (const Performance& process : run_over_dds(experiment).at(0).trace.processes) bytes = std::max(bytes, process.resident_bytes);
+    return bytes;
+  };
+  const std::uint64_t of_ten_thousand = largest(10'000), of_fifty_thousand = largest(50'000);
+  EXPECT_GT(of_ten_thousand, 1'000'000U);
+  EXPECT_LT(of_fifty_thousand, of_ten_thousand + 6'000'000) << "40,000 unacknowledged messages would be 18 MB";
+}
+#endif
+
 TEST(ProcessEvents, AStoppedProcessDoesNotKeepARestartFromHappening) {
   const Experiment experiment = case_of(
       std::string(kTeam) + "events: [{round: 30, kill: 1}, {round: 50, stop: 4}, {round: 51, restart: 1}, {round: 60, continue: 4}]");

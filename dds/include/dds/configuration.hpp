@@ -44,6 +44,10 @@ struct Settings {
   std::optional<std::size_t> writer_high_watermark{};  ///< bytes a writer may hold unacknowledged before a write waits; Cyclone: 500 kB
 };
 
+/// For lease_duration where a death is noticed by other means: whoever is silent for a while, stopped or on an overloaded host, is still
+/// there. What others were to tell somebody whose lease has run out is lost. Cyclone allows no longer one.
+constexpr std::chrono::milliseconds kLongestLease = std::chrono::hours(1);
+
 /// For spdp_interval where packets are lost: whoever is not heard of when it appears is heard of a moment later.
 constexpr std::chrono::milliseconds kAnnounceAgain{1000};
 
