@@ -2,6 +2,7 @@
 
 #include "core/decompositions.hpp"
 #include "core/observer_case.hpp"
+#include "core/schur.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -54,14 +55,19 @@ void observer_error_peak(const Experiment&, Seed, const ProtocolChoice& choice, 
   out["observer_error_peak"] = largest;
 }
 
-void observer_bound(const Experiment& experiment, Seed seed, const ProtocolChoice& choice, const Trace&, Metrics& out) {
+void observer_bound(const Experiment& experiment, Seed seed, const ProtocolChoice& choice, const Trace& trace, Metrics& out) {
   if (!estimates_everybody(choice) || !experiment.presence.empty()) return;
   const Schedule schedule = experiment.schedule(seed);
   const auto knowledge = known_matrices(experiment, seed);
   if (!schedule.constant() || knowledge.empty()) return;
   const ObservedCase observed = observed_case(experiment, choice, knowledge, *schedule.at(0), 0);
   if (observed.inputs_known || observed.system.error_size() > kMostComponents) return;
-  const auto decay = error_decay(error_matrix(observed.system));
+  const Matrix R = error_matrix(observed.system);
+  if (trace.only_names) {
+    if (spectral_abscissa(R) < 0.0) out["observer_bound"] = out["observer_bound_stacked"] = 0.0;
+    return;
+  }
+  const auto decay = error_decay(R);
   if (!decay) return;
   double input_norm = 0.0, ubar = 0.0;
   std::vector<double> amplitudes;

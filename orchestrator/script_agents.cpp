@@ -261,7 +261,8 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
 std::vector<std::string> metric_names(const Experiment& experiment) {
   std::vector<std::string> out;
   for (const auto& choice : experiment.protocols) {
-    const Trace start = simulate(experiment, choice, experiment.seed, [](const RoundReport&) { return false; });
+    Trace start = simulate(experiment, choice, experiment.seed, [](const RoundReport&) { return false; });
+    start.only_names = true;
     const std::string prefix = experiment.protocols.size() > 1 ? choice.title() + "." : "";
     for (const auto& [name, value] : compute_metrics(experiment, experiment.seed, choice, start)) {
       out.push_back(prefix + name);
