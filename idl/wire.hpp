@@ -38,7 +38,7 @@ struct Member {
 };
 
 /// Half a grant window is never longer, in rounds (nor shorter than a report interval).
-constexpr Round kLargestHalfWindow = 2048;
+constexpr Round kLargestHalfWindow = 512;
 /// Nobody is ever granted more rounds beyond the slowest agent: so much is kept for later by who is ahead and by who hears of it.
 constexpr Round largest_window(Round report_interval) { return 2 * std::max(kLargestHalfWindow, report_interval) + report_interval; }
 

@@ -90,8 +90,12 @@ TEST(BeamNetwork, AFilterWithAllSensorsHasTheCovarianceStated) {
   for (Eigen::Index i = 0; i < 4; ++i) C.row(i) = network.C[static_cast<std::size_t>(i)];
   const Vector P = filter_variances(network.A, C);
   expect_digits(P, Vector{{3.88, 4.04, 6.38, 6.51, 19.18, 19.30, 59.72, 59.73}}, 1e-5, 5e-3);
-  // All within 8 % but one: 6.51 is 8.5 % above the thesis' 6, which prints one digit.
-  for (Eigen::Index c = 0; c < 8; ++c) EXPECT_NEAR(P[c] / 1e-5 / kPrinted[c], 1.0, c == 3 ? 0.09 : 0.08) << c;
+  // All within 8 % of the digit but one: 6.51 is 8.5 % above the thesis' 6, which stands for what rounds to it: 6.51 is 0.2 % above that.
+  for (Eigen::Index c = 0; c < 8; ++c) {
+    EXPECT_NEAR(P[c] / 1e-5 / kPrinted[c], 1.0, c == 3 ? 0.09 : 0.08) << c;
+    const double half = kPrinted[c] < 10.0 ? 0.5 : 5.0, nearest = std::clamp(P[c] / 1e-5, kPrinted[c] - half, kPrinted[c] + half);
+    EXPECT_NEAR(P[c] / 1e-5 / nearest, 1.0, 0.003) << c;
+  }
 }
 
 TEST(BeamNetwork, TheFilterOfTheFiniteElementsHasTheDigitsOfTheThesis) {
