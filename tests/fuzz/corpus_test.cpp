@@ -2,6 +2,7 @@
 
 #include "tests/fuzz/script_text.hpp"
 #include "tests/fuzz/wire_bytes.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +17,7 @@ namespace {
 template <class Use>
 std::size_t every_file(const std::string& corpus, Use&& use) {
   std::size_t files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(CONSORT_SOURCE_DIR) / "tests/fuzz/corpus" / corpus)) {
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(kSourceDir) / "tests/fuzz/corpus" / corpus)) {
     SCOPED_TRACE(entry.path().filename());
     std::ifstream in(entry.path(), std::ios::binary);
     const std::vector<char> text((std::istreambuf_iterator<char>(in)), {});

@@ -1,6 +1,7 @@
 #include "orchestrator/sqlite.hpp"
 #include "orchestrator/terminal.hpp"
 #include "tests/orchestrator/folder.hpp"
+#include "tests/support/tree.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -36,7 +37,7 @@ class Cli : public testing::Test {
  protected:
   /// Starts consort; `prepare` runs in the child before it.
   pid_t start(std::vector<std::string> arguments, const std::function<void()>& prepare = {}) {
-    arguments.insert(arguments.begin(), std::string(CONSORT_BIN_DIR) + "/consort");
+    arguments.insert(arguments.begin(), std::string(kBinDir) + "/consort");
     const pid_t child = ::fork();
     if (child != 0) return child;
     std::vector<char*> words;

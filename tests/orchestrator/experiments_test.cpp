@@ -3,6 +3,7 @@
 #include "orchestrator/run.hpp"
 #include "orchestrator/script.hpp"
 #include "orchestrator/theory.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> shipped() {
   std::vector<fs::path> out;
-  for (const auto& entry : fs::directory_iterator(fs::path(CONSORT_SOURCE_DIR) / "experiments"))
+  for (const auto& entry : fs::directory_iterator(fs::path(kSourceDir) / "experiments"))
     if (entry.path().extension() == ".yaml") out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;

@@ -2,6 +2,7 @@
 
 #include "core/observer.hpp"
 #include "orchestrator/script.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ Finding only(const Experiment& experiment, const std::string& condition) {
   return found.empty() ? Finding{} : found.front();
 }
 Experiment shipped(const std::string& name) {
-  return load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / (name + ".yaml"));
+  return load_experiment(std::filesystem::path(kSourceDir) / "experiments" / (name + ".yaml"));
 }
 Experiment with(const std::string& text) { return parse_experiment("experiment: t\nrounds: 100\ndt: 0.01\n" + text + "\n", "t.yaml", "."); }
 /// Three scalar agents; `more` goes into the plant section.

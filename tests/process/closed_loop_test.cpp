@@ -4,6 +4,7 @@
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -103,7 +104,7 @@ TEST(Joining, ARealProcessStartsMidRunAndTheRunEqualsTheSimulation) {
 }
 
 TEST(Joining, TheShippedJoinExperimentEqualsItsSimulationToItsEnd) {
-  const Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "adaptive_ring5_join.yaml");
+  const Experiment experiment = load_experiment(std::filesystem::path(kSourceDir) / "experiments" / "adaptive_ring5_join.yaml");
   expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
 }
 

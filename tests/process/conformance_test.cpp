@@ -3,6 +3,7 @@
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,7 +26,7 @@ Experiment shipped(const std::filesystem::path& file) {
 
 std::vector<std::filesystem::path> shipped_files() {
   std::vector<std::filesystem::path> out;
-  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments"))
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(kSourceDir) / "experiments"))
     if (entry.path().extension() == ".yaml") out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;

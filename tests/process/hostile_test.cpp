@@ -5,6 +5,7 @@
 #include "tests/process/stranger.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -42,7 +43,7 @@ Attacked attacked(Experiment experiment, std::uint32_t wire_domain) {
   options.run_name = unique_run_name("attacked");
   options.domain = static_cast<int>(wire_domain);
   options.log_directory = logs.path();
-  options.agent_executable = std::filesystem::path(CONSORT_BIN_DIR) / "consort-agent";
+  options.agent_executable = std::filesystem::path(kBinDir) / "consort-agent";
   experiment.discovery = Discovery::multicast;
   std::atomic<bool> over{false};
   std::exception_ptr failure;
@@ -92,7 +93,7 @@ TEST(Hostile, WhatAStrangerWritesOnEveryTopicChangesNothingAndIsCountedAndNamed)
 TEST(Hostile, ForgedAnnouncementsDoNotReachAgentsThatListenToThem) {
   ScriptOverrides shorter;
   shorter.rounds = 1500;
-  const Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "observer_mas.yaml", shorter);
+  const Experiment experiment = load_experiment(std::filesystem::path(kSourceDir) / "experiments" / "observer_mas.yaml", shorter);
   const Attacked seen = attacked(experiment, 72);
   expect_same_traces(seen.keeper.outcomes, run_in_simulation(experiment));
   EXPECT_GT(samples_of(seen.keeper.refusals), 0u);

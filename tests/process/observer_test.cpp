@@ -3,6 +3,7 @@
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +13,7 @@ namespace consort {
 namespace {
 
 Experiment shipped(const std::string& name) {
-  return load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / (name + ".yaml"));
+  return load_experiment(std::filesystem::path(kSourceDir) / "experiments" / (name + ".yaml"));
 }
 
 TEST(Observer, TheShippedJoinEqualsItsSimulation) {

@@ -3,6 +3,7 @@
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -86,7 +87,7 @@ plant: {model: {name: linear, A: [[-0.1]]}, initial: {x: {uniform: [-1, 1]}}, co
 }
 
 TEST(ProcessEvents, AnObserverThatIsRestartedIsToldAgainWhatOthersAnnounced) {
-  Experiment experiment = load_experiment(std::filesystem::path(CONSORT_SOURCE_DIR) / "experiments" / "observer_join.yaml");
+  Experiment experiment = load_experiment(std::filesystem::path(kSourceDir) / "experiments" / "observer_join.yaml");
   experiment.rounds = 1200;
   experiment.presence.clear();
   experiment.presence[AgentId{2}] = {0, 300, {{700}}};

@@ -4,6 +4,7 @@
 #include "sim/world.hpp"
 #include "tests/support/runs.hpp"
 #include "tests/support/seeds_data.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 
@@ -76,7 +77,7 @@ std::string summary(const Experiment& e) {
 class GoldenTrace : public testing::TestWithParam<Golden> {};
 
 TEST_P(GoldenTrace, IsTheOneOnFile) {
-  const std::string path = std::string(CONSORT_SOURCE_DIR) + "/tests/golden/" + GetParam().name + ".txt";
+  const std::string path = std::string(kSourceDir) + "/tests/golden/" + GetParam().name + ".txt";
   const std::string now = summary(GetParam().experiment());
   if (std::getenv("CONSORT_REWRITE_GOLDEN") != nullptr) std::ofstream(path) << now;
   std::stringstream kept;

@@ -3,6 +3,7 @@
 
 #include "orchestrator/run.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/tree.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -39,7 +40,7 @@ inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::s
   RunOptions options;
   options.run_name = unique_run_name("test");
   options.log_directory = logs.path();
-  options.agent_executable = std::filesystem::path(CONSORT_BIN_DIR) / "consort-agent";
+  options.agent_executable = std::filesystem::path(kBinDir) / "consort-agent";
   constexpr double kPatience = 500.0;  // s; below the test's own limit, so that a stall says who waits for whom
   Experiment patient = experiment;
   patient.deadline = std::min(patient.deadline, kPatience);

@@ -1,6 +1,8 @@
 #pragma once
 /// A real program run by a test: output in files, ended by pid, never left behind.
 
+#include "tests/support/tree.hpp"
+
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -62,7 +64,7 @@ class Program {
     static int number = 0;
     out_ = folder.path() / (std::to_string(++number) + ".out");
     err_ = folder.path() / (std::to_string(number) + ".err");
-    arguments.insert(arguments.begin(), std::string(CONSORT_BIN_DIR) + "/" + name);
+    arguments.insert(arguments.begin(), std::string(kBinDir) + "/" + name);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

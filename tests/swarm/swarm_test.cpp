@@ -6,6 +6,7 @@
 #include "orchestrator/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
+#include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -23,8 +24,8 @@ constexpr std::uint64_t kSimulated = 100, kProcesses = 12, kRealTime = 4;
 std::string replay(std::uint64_t seed, const swarm::Case& drawn) {
   const auto file = std::filesystem::temp_directory_path() / fmt::format("consort_swarm_{}.yaml", seed);
   std::ofstream(file) << drawn.yaml;
-  return fmt::format("seed {}; again: CONSORT_SWARM_SEED={} {}/swarm_tests\n  or: {}/consort run {}\n{}", seed, seed, CONSORT_BIN_DIR,
-                     CONSORT_BIN_DIR, file.string(), drawn.yaml);
+  return fmt::format("seed {}; again: CONSORT_SWARM_SEED={} {}/swarm_tests\n  or: {}/consort run {}\n{}", seed, seed, kBinDir, kBinDir,
+                     file.string(), drawn.yaml);
 }
 
 /// Nothing is told of who is not there. (Of what it does not know yet, an observer that is there tells nothing either.)

@@ -2,6 +2,7 @@
 /// every test also shows the rule a planted fault: a rule that cannot find one fails its own test.
 
 #include "agent/registry.hpp"
+#include "tests/support/tree.hpp"
 #include "tests/tidy/source_tree.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@ using Findings = std::vector<std::string>;
 using Rule = std::function<Findings(const SourceFile&)>;
 
 const std::vector<SourceFile>& tree() {
-  static const std::vector<SourceFile> files = source_tree(CONSORT_SOURCE_DIR);
+  static const std::vector<SourceFile> files = source_tree(kSourceDir);
   return files;
 }
 
@@ -259,7 +260,7 @@ TEST(Documentation, LinksInMarkdownLeadSomewhere) {
     static const std::regex link(R"(\]\(([^)#:]+)(#[^)]*)?\))");
     Findings findings;
     if (!file.path.ends_with(".md")) return findings;
-    const auto folder = (std::filesystem::path(CONSORT_SOURCE_DIR) / file.path).parent_path();
+    const auto folder = (std::filesystem::path(kSourceDir) / file.path).parent_path();
     for (auto it = std::sregex_iterator(file.text.begin(), file.text.end(), link); it != std::sregex_iterator(); ++it)
       if (!std::filesystem::exists(folder / (*it)[1].str())) findings.push_back(file.path + ": " + (*it)[1].str());
     return findings;
