@@ -64,7 +64,7 @@ class Program {
     static int number = 0;
     out_ = folder.path() / (std::to_string(++number) + ".out");
     err_ = folder.path() / (std::to_string(number) + ".err");
-    arguments.insert(arguments.begin(), std::string(kBinDir) + "/" + name);
+    arguments.insert(arguments.begin(), name.starts_with("/") ? name : std::string(kBinDir) + "/" + name);
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

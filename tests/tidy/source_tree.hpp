@@ -31,6 +31,12 @@ inline std::vector<std::string> lines_of(std::string_view text) {
   return lines;
 }
 
+/// How many characters a line has: bytes that continue one in UTF-8 are none of their own.
+inline std::size_t characters(std::string_view line) {
+  const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; };
+  return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), begins));
+}
+
 /// C++ text with comments, string and character literals blanked out; line breaks stay, so line numbers do too.
 inline std::string code_of(std::string_view text) {
   std::string code(text);
@@ -93,6 +99,12 @@ struct SourceFile {
   }
 };
 
+inline std::string text_in(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw std::runtime_error("cannot read " + file.string());
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
 /// Every text file of the project that people write, ascending by path. Build trees, results and what the user has lying around are not
 /// seen.
 inline std::vector<SourceFile> source_tree(const std::filesystem::path& root) {
@@ -111,11 +123,7 @@ inline std::vector<SourceFile> source_tree(const std::filesystem::path& root) {
   std::sort(found.begin(), found.end());
 
   std::vector<SourceFile> files;
-  for (const fs::path& file : found) {
-    std::ifstream in(file, std::ios::binary);
-    if (!in) throw std::runtime_error("cannot read " + file.string());
-    files.push_back({fs::relative(file, root).generic_string(), {std::istreambuf_iterator<char>(in), {}}});
-  }
+  for (const fs::path& file : found) files.push_back({fs::relative(file, root).generic_string(), text_in(file)});
   return files;
 }
 

@@ -2,6 +2,8 @@
 /// every test also shows the rule a planted fault: a rule that cannot find one fails its own test.
 
 #include "agent/registry.hpp"
+#include "core/metrics.hpp"
+#include "plant/registry.hpp"
 #include "tests/support/tree.hpp"
 #include "tests/tidy/source_tree.hpp"
 
@@ -174,16 +176,12 @@ TEST(Style, LinesHaveNoTabsTrailingSpaceOrExcessLength) {
   const Rule rule = [](const SourceFile& file) {
     Findings findings;
     const std::vector<std::string> lines = lines_of(file.text);
-    const bool short_lines = file.cpp() || ends_with_any(file.path, {".idl", ".yaml", ".sh", "CMakeLists.txt"});
+    const bool short_lines = file.cpp() || ends_with_any(file.path, {".idl", ".yaml", ".sh", ".md", "CMakeLists.txt"});
     for (std::size_t i = 0; i < lines.size(); ++i) {
       const std::string& line = lines[i];
       if (line.find('\t') != std::string::npos && file.name() != "Makefile") findings.push_back(place(file, i + 1) + "tab");
       if (ends_with_any(line, {" ", "\r"})) findings.push_back(place(file, i + 1) + "trailing space");
-      const auto continuation = [](char c) {
-        return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U;
-      };  // UTF-8: not a character of its own
-      const auto characters = line.size() - static_cast<std::size_t>(std::count_if(line.begin(), line.end(), continuation));
-      if (short_lines && characters > 140) findings.push_back(place(file, i + 1) + std::to_string(characters) + " characters");
+      if (short_lines && characters(line) > 140) findings.push_back(place(file, i + 1) + std::to_string(characters(line)) + " characters");
     }
     if (!file.text.ends_with('\n')) findings.push_back(place(file, lines.size()) + "no line break at the end");
     return findings;
@@ -191,6 +189,7 @@ TEST(Style, LinesHaveNoTabsTrailingSpaceOrExcessLength) {
   expect_held(rule, {{"core/planted.hpp", "int a;\t// tab\n"},
                      {"docs/planted.md", "trailing \n"},
                      {"core/planted.cpp", std::string(141, 'x') + "\n"},
+                     {"docs/planted.md", std::string(141, 'x') + "\n"},
                      {"core/planted.cpp", "int a;"}});
 }
 
@@ -235,37 +234,88 @@ TEST(Documentation, EveryProtocolFileNamesSourceAssumptionsAndLoss) {
   expect_held(rule, {{"agent/protocols/planted.hpp", "#pragma once\n/// An algorithm.\nnamespace consort {}\n"}});
 }
 
-const SourceFile& readme() {
-  return *std::find_if(tree().begin(), tree().end(), [](const SourceFile& file) { return file.path == "README.md"; });
+const std::string& page(std::string_view path) {
+  return std::find_if(tree().begin(), tree().end(), [&](const SourceFile& file) { return file.path == path; })->text;
 }
 
-TEST(Documentation, ReadmeNamesEveryShippedExperiment) {
+void expect_named(const auto& table, std::string_view where) {
+  ASSERT_FALSE(table.empty());
+  for (const auto& entry : table)
+    EXPECT_NE(page(where).find("`" + std::string(entry.name) + "`"), std::string::npos) << where << " does not name " << entry.name;
+}
+
+TEST(Documentation, ReadmeIsOnePage) {
+  const std::vector<std::string> lines = lines_of(page("README.md"));
+  EXPECT_LE(lines.size(), 120U);
+  for (const std::string& line : lines) EXPECT_LE(characters(line), 120U) << line;
+}
+
+TEST(Documentation, GuideNamesEveryShippedExperiment) {
   std::size_t experiments = 0;
   for (const SourceFile& file : tree()) {
     if (!file.path.starts_with("experiments/") || !file.path.ends_with(".yaml")) continue;
     ++experiments;
-    EXPECT_NE(readme().text.find(file.name()), std::string::npos) << file.path;
+    EXPECT_NE(page("docs/guide/experiments.md").find("`" + file.name() + "`"), std::string::npos) << file.path;
   }
   EXPECT_GE(experiments, 13U);
 }
 
-TEST(Documentation, ReadmeNamesEveryProtocol) {
-  ASSERT_FALSE(protocol_table().empty());
-  for (const ProtocolEntry& protocol : protocol_table())
-    EXPECT_NE(readme().text.find("`" + std::string(protocol.name) + "`"), std::string::npos) << protocol.name;
+TEST(Documentation, GuideNamesEveryProtocolPlantAndMetric) {
+  expect_named(protocol_table(), "docs/guide/protocols.md");
+  expect_named(plant_table(), "docs/guide/experiment-file.md");
+  expect_named(metric_table(), "docs/guide/results.md");
+}
+
+/// The anchors of a page, as its headings make them: lower case, spaces as hyphens, nothing else but letters, digits and hyphens.
+std::set<std::string> anchors(const std::string& text) {
+  std::set<std::string> found;
+  bool code = false;
+  for (const std::string& line : lines_of(text)) {
+    if (line.starts_with("```")) code = !code;
+    if (code || !line.starts_with("#")) continue;
+    std::string anchor;
+    for (const char c : line.substr(line.find_first_not_of("# ")))
+      if (c == ' ' || c == '-')
+        anchor += '-';
+      else if (c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0)
+        anchor += static_cast<char>(std::tolower(c));
+    found.insert(anchor);
+  }
+  return found;
 }
 
 TEST(Documentation, LinksInMarkdownLeadSomewhere) {
   const Rule rule = [](const SourceFile& file) {
-    static const std::regex link(R"(\]\(([^)#:]+)(#[^)]*)?\))");
+    static const std::regex link(R"(\]\(([^)#:]*)(#([^)]*))?\))");
     Findings findings;
     if (!file.path.ends_with(".md")) return findings;
     const auto folder = (std::filesystem::path(kSourceDir) / file.path).parent_path();
-    for (auto it = std::sregex_iterator(file.text.begin(), file.text.end(), link); it != std::sregex_iterator(); ++it)
-      if (!std::filesystem::exists(folder / (*it)[1].str())) findings.push_back(file.path + ": " + (*it)[1].str());
+    for (auto it = std::sregex_iterator(file.text.begin(), file.text.end(), link); it != std::sregex_iterator(); ++it) {
+      const std::string where = (*it)[1].str(), anchor = (*it)[3].str();
+      const bool there = where.empty() || std::filesystem::exists(folder / where);
+      if (!there || (!anchor.empty() && !anchors(where.empty() ? file.text : text_in(folder / where)).contains(anchor)))
+        findings.push_back(file.path + ": " + it->str());
+    }
     return findings;
   };
-  expect_held(rule, {{"docs/planted.md", "[here](nowhere.md)\n"}});
+  expect_held(rule, {{"docs/planted.md", "[here](nowhere.md)\n"},
+                     {"docs/planted.md", "# There\n[here](#their)\n"},
+                     {"docs/planted.md", "[here](architecture.md#nowhere)\n"}});
+}
+
+TEST(Documentation, MakeTargetsThatAreNamedExist) {
+  const Rule rule = [](const SourceFile& file) {
+    static const std::regex call(R"((^|`)make ((?:[A-Z]+=\S+ )*)([a-z-]+))");
+    Findings findings;
+    if (!file.path.ends_with(".md")) return findings;
+    const std::vector<std::string> lines = lines_of(file.text);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      for (auto it = std::sregex_iterator(lines[i].begin(), lines[i].end(), call); it != std::sregex_iterator(); ++it)
+        if (("\n" + page("Makefile")).find("\n" + (*it)[3].str() + ":") == std::string::npos)
+          findings.push_back(place(file, i + 1) + it->str());
+    return findings;
+  };
+  expect_held(rule, {{"docs/planted.md", "```sh\nmake dinner\n```\n"}, {"docs/planted.md", "Say `make PRESET=asan dinner`.\n"}});
 }
 
 TEST(Documentation, DecisionsAreNumberedWithoutGaps) {
