@@ -8,7 +8,7 @@ BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments soak bench fuzz format format-check tidy cppcheck lint clean
+.PHONY: help setup configure build run test experiments soak bench fuzz docs format format-check tidy cppcheck lint clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
@@ -17,6 +17,7 @@ help:
 	@echo 'make soak     random experiments with real processes until one fails or you stop it (SEED=N begins there)'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
 	@echo 'make fuzz     set up clang, build the fuzzers, run each for FUZZ_SECONDS ($(FUZZ_SECONDS)); what they find is in build/fuzz'
+	@echo 'make docs     set up mkdocs, make the site of README, guide and docs in build/site'
 	@echo 'make build    set up and build only'
 	@echo 'make format   format the sources in place'
 	@echo 'make lint     check formatting, clang-tidy, cppcheck'
@@ -72,6 +73,18 @@ endif
 	@mkdir -p build/fuzz/wire build/fuzz/script
 	@cd build/fuzz && bin/fuzz_wire -max_total_time=$(FUZZ_SECONDS) -max_len=4096 wire seeds ../../tests/fuzz/corpus/wire
 	@cd build/fuzz && bin/fuzz_script -max_total_time=$(FUZZ_SECONDS) -max_len=3000 -timeout=20 script ../../experiments ../../tests/fuzz/corpus/script
+
+# The pages in the folders they lie in, with an index of the decisions; a link that leads nowhere fails.
+docs:
+ifneq ($(SETUP),no)
+	@deploy/setup.sh --list deploy/packages-docs.txt
+endif
+	@rm -rf build/docs && mkdir -p build/docs
+	@git ls-files --cached --others --exclude-standard '*.md' docs experiments | xargs cp --parents -t build/docs
+	@cd build/docs/docs/decisions && awk 'BEGIN {print "# Decisions\n"} FNR == 1 {sub(/^# [0-9]+\. /, ""); print "1. [" $$0 "](" FILENAME ")"}' \
+	  0*.md >index.md
+	@mkdocs build --quiet
+	@echo 'build/site/index.html'
 
 format:
 	@$(SOURCES) | xargs clang-format -i
