@@ -266,15 +266,22 @@ TEST(Documentation, GuideNamesEveryProtocolPlantAndMetric) {
   expect_named(metric_table(), "docs/guide/results.md");
 }
 
-/// The anchors of a page, as its headings make them: lower case, spaces as hyphens, nothing else but letters, digits and hyphens.
-std::set<std::string> anchors(const std::string& text) {
-  std::set<std::string> found;
+std::vector<std::string> headings(const std::string& text) {
+  std::vector<std::string> found;
   bool code = false;
   for (const std::string& line : lines_of(text)) {
     if (line.starts_with("```")) code = !code;
-    if (code || !line.starts_with("#")) continue;
+    if (!code && line.starts_with("#")) found.push_back(line);
+  }
+  return found;
+}
+
+/// The anchors of a page, as its headings make them: lower case, spaces as hyphens, nothing else but letters, digits and hyphens.
+std::set<std::string> anchors(const std::string& text) {
+  std::set<std::string> found;
+  for (const std::string& heading : headings(text)) {
     std::string anchor;
-    for (const char c : line.substr(line.find_first_not_of("# ")))
+    for (const char c : heading.substr(heading.find_first_not_of("# ")))
       if (c == ' ' || c == '-')
         anchor += '-';
       else if (c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0)
@@ -328,6 +335,26 @@ TEST(Documentation, DecisionsAreNumberedWithoutGaps) {
     EXPECT_TRUE(file.text.starts_with("# " + digits + ". ")) << file.path << ": the title should begin '# " << digits << ". '";
   }
   EXPECT_GT(next, 0U);
+}
+
+TEST(Documentation, DecisionsHaveContextDecisionAndConsequence) {
+  const Rule rule = [](const SourceFile& file) {
+    if (!file.path.starts_with("docs/decisions/")) return Findings{};
+    std::vector<std::string> parts = headings(file.text);
+    if (!parts.empty()) parts.erase(parts.begin());
+    return parts == std::vector<std::string>{"## Context", "## Decision", "## Consequence"}
+               ? Findings{}
+               : Findings{place(file, 1) + "the headings below its title should be Context, Decision and Consequence"};
+  };
+  expect_held(rule, {{"docs/decisions/0001-planted.md", "# 1. Planted\n\n## Decision\n\nIt is.\n"}});
+}
+
+TEST(Documentation, ChangesAreAddedChangedOrFixedInAVersion) {
+  const std::vector<std::string> found = headings(page("CHANGELOG.md"));
+  ASSERT_GE(found.size(), 2U);
+  EXPECT_EQ(found[1], "## Unreleased");
+  static const std::regex form(R"(# Changelog|## (Unreleased|\d+\.\d+\.\d+)|### (Added|Changed|Fixed))");
+  for (const std::string& heading : found) EXPECT_TRUE(std::regex_match(heading, form)) << heading;
 }
 
 TEST(Tidy, BlanksCommentsAndLiteralsOnly) {
