@@ -6,9 +6,10 @@ SETUP ?= yes
 FUZZ_SECONDS ?= 300
 BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
+FILES ?= $$(git ls-files '*.cpp' ':!tests')
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments soak bench fuzz docs format format-check tidy cppcheck lint clean
+.PHONY: help setup configure build run test experiments soak bench fuzz docs format format-check tidy cppcheck lint hooks clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
@@ -21,6 +22,7 @@ help:
 	@echo 'make build    set up and build only'
 	@echo 'make format   format the sources in place'
 	@echo 'make lint     check formatting, clang-tidy, cppcheck'
+	@echo 'make hooks    from now on git commits only what is formatted and passes clang-tidy'
 	@echo 'make clean    remove build/ (results/ stays)'
 	@echo 'Variables: PRESET=release|debug|asan|tsan  JOBS=N  SETUP=no (install no packages)'
 
@@ -80,7 +82,7 @@ ifneq ($(SETUP),no)
 	@deploy/setup.sh --list deploy/packages-docs.txt
 endif
 	@rm -rf build/docs && mkdir -p build/docs
-	@git ls-files --cached --others --exclude-standard '*.md' docs experiments | xargs cp --parents -t build/docs
+	@git ls-files --cached --others --exclude-standard '*.md' ':!.github' CITATION.cff docs experiments | xargs cp --parents -t build/docs
 	@cd build/docs/docs/decisions && awk 'BEGIN {print "# Decisions\n"} FNR == 1 {sub(/^# [0-9]+\. /, ""); print "1. [" $$0 "](" FILENAME ")"}' \
 	  0*.md >index.md
 	@mkdocs build --quiet
@@ -93,16 +95,20 @@ format-check: setup
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
 # clang-tidy reads the compile commands, without GCC's precompiled headers and batches, and the headers generated from the IDL.
+# FILES='core/graph.cpp …' looks through these only.
 tidy: setup
 	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCONSORT_BATCHES=OFF >/dev/null
 	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate
-	@git ls-files '*.cpp' ':!tests' | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
+	@echo $(FILES) | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
 
 cppcheck: setup
 	@cppcheck --quiet --error-exitcode=1 --std=c++20 --language=c++ -j $(JOBS) --enable=warning,performance,portability \
 	  --inline-suppr --suppressions-list=deploy/cppcheck.txt -I . -I dds/include $$(git ls-files '*.cpp' ':!tests')
 
 lint: format-check tidy cppcheck
+
+hooks:
+	@git config core.hooksPath deploy/hooks
 
 clean:
 	@rm -rf build
