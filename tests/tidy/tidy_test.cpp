@@ -260,6 +260,32 @@ TEST(Documentation, GuideNamesEveryShippedExperiment) {
   EXPECT_GE(experiments, 13U);
 }
 
+/// What stands in backticks and looks like a file or a function of the project. The worked example is in CONTRIBUTING.md alone, and pages
+/// of history may name what is gone.
+TEST(Documentation, FilesAndFunctionsThatAreNamedExist) {
+  const Rule rule = [](const SourceFile& file) {
+    static const std::regex named(R"(`((?:(?:agent|core|dds|deploy|docs|experiments|idl|orchestrator|plant|sim|tests)/[\w./@-]+\.[a-z]+)|)"
+                                  R"((?:\w+::)?(\w+)\(\))`)");
+    Findings findings;
+    if (!file.path.ends_with(".md") || starts_with_any(file.path, {"docs/decisions/", "CHANGELOG"})) return findings;
+    const std::vector<std::string> lines = lines_of(file.text);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      for (auto it = std::sregex_iterator(lines[i].begin(), lines[i].end(), named); it != std::sregex_iterator(); ++it) {
+        const std::string path = (*it)[1].str(), function = (*it)[2].str();
+        if (path.find("max_consensus") != std::string::npos) continue;
+        const auto calls = [&](const SourceFile& other) { return other.cpp() && other.text.find(function + "(") != std::string::npos; };
+        const bool there = function.empty() ? std::filesystem::exists(std::filesystem::path(kSourceDir) / path)
+                                            : std::any_of(tree().begin(), tree().end(), calls);
+        if (!there) findings.push_back(place(file, i + 1) + path);
+      }
+    return findings;
+  };
+  expect_held(rule, {{"docs/planted.md", "See `agent/nowhere.hpp`.\n"},
+                     {"docs/planted.md",
+                      "It calls `Node::no_such_"
+                      "function()`.\n"}});
+}
+
 TEST(Documentation, GuideNamesEveryProtocolPlantAndMetric) {
   expect_named(protocol_table(), "docs/guide/protocols.md");
   expect_named(plant_table(), "docs/guide/experiment-file.md");
