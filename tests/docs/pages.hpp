@@ -13,12 +13,20 @@ namespace consort::docs {
 
 struct Block {
   std::size_t line = 0;  ///< of its first line within
-  std::string language;  ///< "sh": every line is typed; "console": lines after "$ " are, the others are shown; "yaml": an experiment
-  std::string title;     ///< shown above it; says what is special: "not run: why", "exit code 2", or the file's name
+  std::string language;  ///< "sh": every line is typed; "console": lines after "$ " are, the others are what comes; "yaml": an experiment
+  std::string title;     ///< shown above it; says what is special: "not tested: why", "exit code 2", or the file's name
   std::string text;
 
   [[nodiscard]] bool shell() const { return language == "sh" || language == "console"; }
-  [[nodiscard]] bool run() const { return shell() && !title.starts_with("not run: "); }
+  [[nodiscard]] bool run() const { return shell() && !title.starts_with("not tested: "); }
+  /// What a reader is shown, but for what "…" leaves out.
+  [[nodiscard]] std::vector<std::string> shown() const {
+    std::istringstream lines(text);
+    std::vector<std::string> shown;
+    for (std::string line; language == "console" && std::getline(lines, line);)
+      if (!line.empty() && !line.starts_with("$ ") && line.find("…") == std::string::npos) shown.push_back(line);
+    return shown;
+  }
   /// What a reader types.
   [[nodiscard]] std::string typed() const {
     if (language == "sh") return text;

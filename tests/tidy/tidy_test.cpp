@@ -287,6 +287,7 @@ TEST(Documentation, FilesAndFunctionsThatAreNamedExist) {
 }
 
 TEST(Documentation, GuideNamesEveryProtocolPlantAndMetric) {
+  EXPECT_NE(page("README.md").find("[" + std::to_string(protocol_table().size()) + " protocols]"), std::string::npos);
   expect_named(protocol_table(), "docs/guide/protocols.md");
   expect_named(plant_table(), "docs/guide/experiment-file.md");
   expect_named(metric_table(), "docs/guide/results.md");
