@@ -3,6 +3,7 @@
 #include "tests/docs/pages.hpp"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <regex>
 #include <set>
@@ -96,6 +97,27 @@ INSTANTIATE_TEST_SUITE_P(Pages, Guide, testing::ValuesIn(pages()), [](const auto
       name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
   return name;
 });
+
+void add_keys(const nlohmann::json& schema, std::set<std::string>& keys) {
+  if (schema.is_object() && schema.contains("properties"))
+    for (const auto& [key, property] : schema["properties"].items()) keys.insert(key);
+  if (schema.is_structured())
+    for (const auto& part : schema) add_keys(part, keys);
+}
+
+TEST(GuideText, NamesEveryKeyOfAnExperiment) {
+  std::string code;  // what stands in blocks and backticks
+  static const std::regex quoted("`[^`\n]+`");
+  for (const std::string& page : pages()) {
+    const std::string text = text_of(std::filesystem::path(kSourceDir) / page);
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), quoted); it != std::sregex_iterator(); ++it) code += it->str() + "\n";
+    for (const Block& block : blocks_of(text)) code += block.text;
+  }
+  std::set<std::string> keys;
+  add_keys(nlohmann::json::parse(text_of(std::filesystem::path(kSourceDir) / "experiments/experiment.schema.json")), keys);
+  EXPECT_GT(keys.size(), 60U);
+  for (const std::string& key : keys) EXPECT_TRUE(std::regex_search(code, std::regex("\\b" + key + "\\b"))) << key;
+}
 
 TEST(GuideBlocks, MostAreRun) {
   int run = 0, not_run = 0;
