@@ -339,14 +339,17 @@ TEST(Documentation, LinksInMarkdownLeadSomewhere) {
 
 TEST(Documentation, MakeTargetsThatAreNamedExist) {
   const Rule rule = [](const SourceFile& file) {
-    static const std::regex call(R"((^|`)make ((?:[A-Z]+=\S+ )*)([a-z-]+))");
+    static const std::regex typed(R"(^make (?:[A-Z]+=\S+ )*([a-z-]+))"), quoted(R"(`make (?:[A-Z]+=\S+ )*([a-z-]+))");
     Findings findings;
+    bool code = false;
     if (!file.path.ends_with(".md")) return findings;
     const std::vector<std::string> lines = lines_of(file.text);
-    for (std::size_t i = 0; i < lines.size(); ++i)
-      for (auto it = std::sregex_iterator(lines[i].begin(), lines[i].end(), call); it != std::sregex_iterator(); ++it)
-        if (("\n" + page("Makefile")).find("\n" + (*it)[3].str() + ":") == std::string::npos)
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      if (lines[i].starts_with("```")) code = !code;
+      for (auto it = std::sregex_iterator(lines[i].begin(), lines[i].end(), code ? typed : quoted); it != std::sregex_iterator(); ++it)
+        if (("\n" + page("Makefile")).find("\n" + (*it)[1].str() + ":") == std::string::npos)
           findings.push_back(place(file, i + 1) + it->str());
+    }
     return findings;
   };
   expect_held(rule, {{"docs/planted.md", "```sh\nmake dinner\n```\n"}, {"docs/planted.md", "Say `make PRESET=asan dinner`.\n"}});
