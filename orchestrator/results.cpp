@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <limits>
 
 namespace consort {
 namespace {
@@ -30,20 +31,44 @@ void make_parents(const std::filesystem::path& folder) {
   if (failure) throw RunError(fmt::format("cannot create the folder {}: {}", folder.string(), failure.message()));
 }
 
-/// Means and sample standard deviations over the runs, of every metric that all of them have.
-void summarise(const std::vector<Metrics>& runs, Metrics& mean, Metrics& deviation) {
-  if (runs.empty()) return;
-  const auto count = static_cast<double>(runs.size());
-  for (const auto& [name, first] : runs.front()) {
-    double sum = 0.0, squares = 0.0;
-    const auto everywhere = [&name = name](const Metrics& run) { return run.contains(name); };
-    if (!std::all_of(runs.begin(), runs.end(), everywhere)) continue;
-    for (const Metrics& run : runs) sum += run.at(name);
-    const double average = sum / count;
-    for (const Metrics& run : runs) squares += (run.at(name) - average) * (run.at(name) - average);
-    mean[name] = runs.size() == 1 ? first : average;
-    deviation[name] = runs.size() == 1 ? 0.0 : std::sqrt(squares / (count - 1.0));
+/// Mean, deviation and share of every metric that any run has. What a run does not have (it never converged, say) counts in the share
+/// alone, so one such run does not cost the numbers of all others.
+void summarise(ProtocolResult& result) {
+  std::map<std::string, std::vector<double>> values;
+  for (const RunMetrics& run : result.per_run) {
+    for (const auto& [name, value] : run.metrics) {
+      auto& known = values[name];
+      if (!std::isnan(value)) known.push_back(value);
+    }
   }
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [name, known] : values) {
+    const auto count = static_cast<double>(known.size());
+    double sum = 0.0, squares = 0.0;
+    for (const double value : known) sum += value;
+    const double mean = known.empty() ? kNone : known.size() == 1 ? known.front() : sum / count;
+    for (const double value : known) squares += (value - mean) * (value - mean);
+    result.mean[name] = mean;
+    result.deviation[name] = known.size() < 2 ? kNone : std::sqrt(squares / (count - 1.0));
+    result.share[name] = count / static_cast<double>(result.per_run.size());
+  }
+}
+
+/// By protocol: the seeds, and for every metric its value in each of those runs.
+nlohmann::ordered_json per_run(const Summary& summary) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const ProtocolResult& result : summary.protocols) {
+    nlohmann::ordered_json seeds = nlohmann::ordered_json::array(), metrics = nlohmann::ordered_json::object();
+    for (const RunMetrics& run : result.per_run) seeds.push_back(run.seed.value);
+    for (const auto& [name, mean] : result.mean) {
+      for (const RunMetrics& run : result.per_run) {
+        const auto found = run.metrics.find(name);
+        metrics[name].push_back(found == run.metrics.end() ? std::numeric_limits<double>::quiet_NaN() : found->second);
+      }
+    }
+    out.push_back({{"protocol", result.name}, {"seeds", std::move(seeds)}, {"metrics", std::move(metrics)}});
+  }
+  return out;
 }
 
 }  // namespace
@@ -87,7 +112,7 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
 Results::Results(const Experiment& experiment, std::filesystem::path output) : experiment_(experiment), output_(std::move(output)) {
   for (const ProtocolChoice& choice : experiment.protocols) {
     protocols_.emplace_back();
-    protocols_.back().result.name = choice.title();
+    protocols_.back().name = choice.title();
   }
   if (experiment_.metrics.empty()) return;
   for (const char* shown : {"consensus_value", "centralised_value", "bias", "disagreement", "error", "rounds_to_convergence"}) {
@@ -97,8 +122,7 @@ Results::Results(const Experiment& experiment, std::filesystem::path output) : e
 }
 
 void Results::add(const JobOutcome& outcome) {
-  PerProtocol& protocol = protocols_.at(outcome.job.protocol);
-  ProtocolResult& result = protocol.result;
+  ProtocolResult& result = protocols_.at(outcome.job.protocol);
   const Trace& trace = outcome.trace;
   hash_.mix(trace.hash);
   result.fewest_rounds = result.runs == 0 ? trace.last_round : std::min(result.fewest_rounds, trace.last_round);
@@ -110,8 +134,9 @@ void Results::add(const JobOutcome& outcome) {
   result.totals.lost += trace.totals.lost;
   result.seconds += outcome.seconds;
   ++result.runs;
+  RunMetrics& run = result.per_run.emplace_back(RunMetrics{outcome.job.seed, {}});
   if (!trace.rounds.empty())
-    protocol.metrics.push_back(compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace));
+    run.metrics = compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
 }
 
 std::uint64_t samples_of(const std::vector<Refusal>& refused) {
@@ -135,13 +160,14 @@ Summary Results::summary(const SessionTimes& times, Exit exit, const std::string
   summary.refused = refused_;
   std::uint64_t rounds = 0;
   double seconds = 0.0;
-  for (const PerProtocol& protocol : protocols_) {
-    ProtocolResult result = protocol.result;
-    summarise(protocol.metrics, result.mean, result.deviation);
+  for (ProtocolResult result : protocols_) {
+    summarise(result);
     const std::string prefix = protocols_.size() > 1 ? result.name + "." : "";
     for (const auto& [name, value] : result.mean) {
       summary.metrics[prefix + name] = value;
-      if (experiment_.runs > 1) summary.metrics[prefix + name + ".std"] = result.deviation.at(name);
+      if (experiment_.runs == 1) continue;
+      summary.metrics[prefix + name + ".std"] = result.deviation.at(name);
+      summary.metrics[prefix + name + ".share"] = result.share.at(name);
     }
     rounds += result.rounds;
     seconds += result.seconds;
@@ -176,6 +202,7 @@ std::string to_json(const Summary& summary) {
     json["criteria"].push_back({{"text", criterion.text}, {"met", criterion.met}, {"value", criterion.value}});
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
+  if (summary.runs > 1) json["per_run"] = per_run(summary);
   json["performance"] = {{"startup_seconds", summary.startup_seconds},
                          {"rounds_per_second", summary.rounds_per_second},
                          {"messages_sent", summary.totals.sent},

@@ -22,15 +22,24 @@ void claim_output_folder(const std::filesystem::path& folder);
 /// Writes a whole file, first under another name, so that a reader sees all of it or nothing. Throws RunError naming the path.
 void write_file(const std::filesystem::path& file, const std::string& text);
 
+/// What one run came to. A metric that it does not have is absent or no number.
+struct RunMetrics {
+  Seed seed;
+  Metrics metrics;
+};
+
 /// One protocol over the runs that ended.
 struct ProtocolResult {
   std::string name;
   std::size_t runs = 0, converged = 0;
   Round fewest_rounds = 0, most_rounds = 0;
-  std::uint64_t rounds = 0;  ///< sum over the runs
-  AgentCounters totals;      ///< sum over the runs
-  double seconds = 0.0;      ///< wall clock, sum over the runs
-  Metrics mean, deviation;   ///< over the runs; sample standard deviation, 0 for a single run
+  std::uint64_t rounds = 0;         ///< sum over the runs
+  AgentCounters totals;             ///< sum over the runs
+  double seconds = 0.0;             ///< wall clock, sum over the runs
+  std::vector<RunMetrics> per_run;  ///< in the order the runs ended
+  Metrics mean;                     ///< over the runs that have the metric; NaN where none has
+  Metrics deviation;                ///< sample standard deviation over those; NaN where fewer than two have it
+  Metrics share;                    ///< of the runs that have it, 0 to 1
 };
 
 struct Summary {
@@ -40,7 +49,7 @@ struct Summary {
   Seed seed;
   std::size_t agents = 0, runs = 1;  ///< runs asked for, per protocol
   std::vector<ProtocolResult> protocols;
-  Metrics metrics;  ///< prefixed `<protocol>.` if there are several; `<metric>.std` beside each mean if runs > 1
+  Metrics metrics;  ///< prefixed `<protocol>.` if there are several; `<metric>.std`, `<metric>.share` beside each mean if runs > 1
   std::vector<CriterionResult> criteria;
   Round rounds = 0;              ///< the most rounds any run took
   std::uint64_t trace_hash = 0;  ///< over the hashes of all runs, in order
@@ -62,13 +71,9 @@ class Results {
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;
 
  private:
-  struct PerProtocol {
-    ProtocolResult result;
-    std::vector<Metrics> metrics;  // one per run
-  };
   Experiment experiment_;  // with the metrics of the final table added to those the user chose
   std::filesystem::path output_;
-  std::vector<PerProtocol> protocols_;
+  std::vector<ProtocolResult> protocols_;
   std::vector<Refusal> refused_;
   HistoryHash hash_;
 };

@@ -266,7 +266,8 @@ std::vector<std::string> metric_names(const Experiment& experiment) {
     const std::string prefix = experiment.protocols.size() > 1 ? choice.title() + "." : "";
     for (const auto& [name, value] : compute_metrics(experiment, experiment.seed, choice, start)) {
       out.push_back(prefix + name);
-      if (experiment.runs > 1) out.push_back(prefix + name + ".std");
+      if (experiment.runs == 1) continue;
+      for (const char* over_runs : {".std", ".share"}) out.push_back(prefix + name + over_runs);
     }
   }
   return out;

@@ -36,7 +36,8 @@ std::string number(double value) { return std::isfinite(value) ? fmt::format("{:
 std::string mean_and_deviation(double mean, double deviation, const TextStyle& style) {
   if (!std::isfinite(mean)) return "-";
   const char* sign = style.unicode ? "±" : "+-";
-  constexpr double kRounding = 1e-13;  // relative; what is left of equal values after averaging
+  constexpr double kRounding = 1e-13;              // relative; what is left of equal values after averaging
+  if (std::isnan(deviation)) return number(mean);  // a single number has none
   if (!std::isfinite(deviation) || deviation <= kRounding * std::abs(mean)) return fmt::format("{} {} 0", number(mean), sign);
   const int decimals = 1 - static_cast<int>(std::floor(std::log10(deviation)));
   if (decimals > 8 || std::abs(mean) >= 1e9) return fmt::format("{:.6g} {} {:.2g}", mean, sign, deviation);
@@ -98,8 +99,15 @@ class Rows {
       const auto found = result.mean.find(key);
       if (found == result.mean.end()) return std::string("-");
       if (summary_.runs == 1 && key == "rounds_to_convergence" && std::isnan(found->second)) return std::string("never");
-      return summary_.runs > 1 ? mean_and_deviation(found->second, result.deviation.at(key), style_) : number(found->second);
+      return summary_.runs > 1 ? over_runs(result, key) : number(found->second);
     });
+  }
+
+  /// A mean that not every run has a part in says so.
+  [[nodiscard]] std::string over_runs(const ProtocolResult& result, const std::string& key) const {
+    const std::string text = mean_and_deviation(result.mean.at(key), result.deviation.at(key), style_);
+    const double share = result.share.at(key), runs = static_cast<double>(result.per_run.size());
+    return share < 1.0 ? fmt::format("{} ({:.0f} of {} runs)", text, share * runs, runs) : text;
   }
 
   [[nodiscard]] bool anyone_has(const std::string& key) const {

@@ -122,6 +122,61 @@ TEST(Results, RunsAreAveragedWithTheirDeviation) {
   EXPECT_DOUBLE_EQ(summary.metrics.at("consensus_value.std"), 1.0) << "sample deviation of 4, 5, 6";
 }
 
+/// A run of two agents that comes to agree in round 30, or never does.
+JobOutcome perhaps_agreed(const Job& job, bool agrees) {
+  JobOutcome outcome = agreed_on(job, 5.0, 1, agrees ? 30 : 40);
+  if (!agrees) outcome.trace.estimates.back() = 4.0;
+  return outcome;
+}
+
+TEST(Results, RunThatNeverConvergesCountsInTheShareAlone) {
+  Experiment experiment = scalar_experiment({"local_voting"}, 3);
+  experiment.criteria = {"rounds_to_convergence <= 30", "rounds_to_convergence.share > 0.6", "rounds_to_convergence.share == 1"};
+  Results results(experiment, "out");
+  for (std::size_t i = 0; i < 3; ++i) results.add(perhaps_agreed({i, 0, Seed{11 + i}}, i != 1));
+  const Summary summary = results.summary({}, Exit::ok, "");
+  EXPECT_EQ(summary.metrics.at("rounds_to_convergence"), 30.0);
+  EXPECT_EQ(summary.metrics.at("rounds_to_convergence.std"), 0.0);
+  EXPECT_DOUBLE_EQ(summary.metrics.at("rounds_to_convergence.share"), 2.0 / 3.0);
+  EXPECT_EQ(summary.metrics.at("bias.share"), 1.0);
+  EXPECT_TRUE(summary.criteria[0].met && summary.criteria[1].met && !summary.criteria[2].met);
+  const std::string text = render(summary, {false, false, false, 80});
+  EXPECT_NE(text.find("30 +- 0 (2 of 3 runs)"), std::string::npos) << text;
+}
+
+TEST(Results, WithOneRunThatConvergedThereIsAMeanAndNoDeviation) {
+  const Experiment experiment = scalar_experiment({"local_voting"}, 2);
+  Results one(experiment, "out"), none(experiment, "out");
+  for (std::size_t i = 0; i < 2; ++i) {
+    one.add(perhaps_agreed({i, 0, Seed{11 + i}}, i == 1));
+    none.add(perhaps_agreed({i, 0, Seed{11 + i}}, false));
+  }
+  const Summary some = one.summary({}, Exit::ok, "");
+  EXPECT_EQ(some.metrics.at("rounds_to_convergence"), 30.0);
+  EXPECT_TRUE(std::isnan(some.metrics.at("rounds_to_convergence.std")));
+  EXPECT_NE(render(some, {false, false, false, 80}).find("30 (1 of 2 runs)"), std::string::npos);
+  const Summary nobody = none.summary({}, Exit::ok, "");
+  EXPECT_TRUE(std::isnan(nobody.metrics.at("rounds_to_convergence")));
+  EXPECT_EQ(nobody.metrics.at("rounds_to_convergence.share"), 0.0);
+}
+
+TEST(Results, EveryRunKeepsItsOwnMetrics) {
+  const Experiment experiment = scalar_experiment({"first_one", "second_one"}, 2);
+  Results results(experiment, "out");
+  for (const Job& job : jobs_of(experiment)) results.add(perhaps_agreed(job, job.number != 1));
+  const Summary summary = results.summary({}, Exit::ok, "");
+  ASSERT_EQ(summary.protocols[0].per_run.size(), 2u);
+  EXPECT_EQ(summary.protocols[0].per_run[1].seed, Seed{12});
+  EXPECT_EQ(summary.protocols[0].per_run[0].metrics.at("rounds_to_convergence"), 30.0);
+  const auto json = nlohmann::json::parse(to_json(summary))["per_run"];
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[1]["protocol"], "second_one");
+  EXPECT_EQ(json[0]["seeds"], (std::vector{11, 12}));
+  EXPECT_EQ(json[0]["metrics"]["rounds_to_convergence"][0], 30.0);
+  EXPECT_TRUE(json[0]["metrics"]["rounds_to_convergence"][1].is_null());
+  EXPECT_EQ(json[1]["metrics"]["bias"].size(), 2u);
+}
+
 TEST(Results, HashDependsOnTheOrderOfRuns) {
   const Experiment experiment = scalar_experiment({"local_voting"}, 2);
   Results forward(experiment, "out"), backward(experiment, "out"), again(experiment, "out");
