@@ -435,7 +435,7 @@ consort::Layout layout(const Sequence& sequence, const char* field) {
 }
 
 Refusal refusal(const consort_wire_Refusal& in) {
-  require(in.reason <= static_cast<std::uint8_t>(Refusal::Reason::bound), "refusal.reason");
+  require(in.reason <= static_cast<std::uint8_t>(Refusal::Reason::build), "refusal.reason");
   return {text(in.topic), static_cast<Refusal::Reason>(in.reason), text(in.field), text(in.writer), text(in.who), in.samples};
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What a process of a run received and would not take.
 
-#include <compare>
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -10,8 +10,11 @@ namespace consort {
 /// Samples of one writer that were left out, and why.
 struct Refusal {
   enum class Reason : std::uint8_t {
-    stranger,  ///< the writer does not know the run's key
-    bound,     ///< the writer belongs to the run, but the sample breaks a bound of the wire
+    stranger,   ///< the writer does not know the run's key
+    bound,      ///< the writer belongs to the run, but the sample breaks a bound of the wire
+    malformed,  ///< DDS itself could not read it; whose it is nobody knows
+    key,        ///< the writer is a process of Consort that was started with another key
+    build,      ///< the writer is a process of Consort of another build
   };
   std::string topic;
   Reason reason = Reason::stranger;
@@ -25,5 +28,10 @@ struct Refusal {
     return reason == other.reason && topic == other.topic && field == other.field && writer == other.writer;
   }
 };
+
+inline const char* word(Refusal::Reason reason) {
+  constexpr std::array kWords{"stranger", "bound", "malformed", "key", "build"};
+  return kWords.at(static_cast<std::size_t>(reason));
+}
 
 }  // namespace consort

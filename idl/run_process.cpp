@@ -1,6 +1,7 @@
 #include "idl/run_process.hpp"
 
 #include "core/errors.hpp"
+#include "idl/dds_log.hpp"
 #include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
@@ -149,6 +150,7 @@ int serve(const RunProcessOptions& options, bool hosts_agents, const MakeMember&
   sigaddset(&signals, SIGCONT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
+  wire::DdsLog::of_this_process().write_to([](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); });
   const dds::domain::Domain domain(options.domain,
                                    dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, hosts_agents))));
   dds::domain::DomainParticipant entity(domain);

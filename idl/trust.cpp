@@ -1,6 +1,7 @@
 #include "idl/trust.hpp"
 
 #include "core/errors.hpp"
+#include "idl/dds_log.hpp"
 
 #include <sodium.h>
 #include <sys/random.h>
@@ -114,6 +115,13 @@ bool Participant::trusts(Kind kind, dds::core::InstanceHandle endpoint) const {
   if (!found) return false;
   const RunKey::Badge expected = shared_->key.badge(found->participant_key, found->topic_name);
   return found->user_data.size() == expected.size() && sodium_memcmp(found->user_data.data(), expected.data(), expected.size()) == 0;
+}
+
+std::vector<Refusal> Participant::take_refusals() const {
+  std::vector<Refusal> all = shared_->refusals.take();
+  if (const std::uint64_t malformed = DdsLog::of_this_process().take_malformed(); malformed > 0)
+    all.push_back({"", Refusal::Reason::malformed, "", "", "", malformed});
+  return all;
 }
 
 void Participant::name(Refusal& refusal, dds::core::InstanceHandle writer) const {

@@ -72,7 +72,8 @@ class Participant {
   void name(Refusal& refusal, dds::core::InstanceHandle writer) const;
 
   void refuse(Refusal refusal) const { shared_->refusals.add(std::move(refusal)); }
-  std::vector<Refusal> take_refusals() const { return shared_->refusals.take(); }
+  /// Also what DDS could not read, whosever it is.
+  std::vector<Refusal> take_refusals() const;
 
  private:
   struct Shared {

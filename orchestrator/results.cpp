@@ -211,7 +211,7 @@ std::string to_json(const Summary& summary) {
   json["rejected"] = {{"samples", samples_of(summary.refused)}, {"by", nlohmann::ordered_json::array()}};
   for (const Refusal& refusal : summary.refused) {
     nlohmann::ordered_json entry{{"topic", refusal.topic},
-                                 {"reason", refusal.reason == Refusal::Reason::stranger ? "stranger" : "bound"},
+                                 {"reason", word(refusal.reason)},
                                  {"participant", refusal.writer},
                                  {"process", refusal.who},
                                  {"samples", refusal.samples}};

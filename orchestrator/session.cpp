@@ -1,6 +1,7 @@
 #include "orchestrator/session.hpp"
 
 #include "core/errors.hpp"
+#include "idl/dds_log.hpp"
 
 #include <unistd.h>
 
@@ -30,10 +31,19 @@ constexpr milliseconds kLookAround{20};       // how often children, interrupt a
 std::string remark_on(const Refusal& refusal) {
   const std::string writer =
       "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) + (refusal.who.empty() ? std::string() : ", " + refusal.who);
+  if (refusal.reason == Refusal::Reason::malformed)
+    return "packets arrive that DDS cannot read: another program uses these ports, or somebody forges them; they are left out and counted";
   if (refusal.reason == Refusal::Reason::bound)
     return "samples of " + refusal.topic + " by " + writer + " break a bound of the wire (" + refusal.field + ") and are left out";
   return "a stranger takes part, who does not know the run's key: " + writer + "; what it writes, first to " + refusal.topic +
          ", is left out and counted";
+}
+
+/// What DDS itself says of a failure, beside its bare return code.
+std::string why(const dds::core::Exception& failure) {
+  std::string text = failure.what();
+  for (const std::string& reason : wire::DdsLog::of_this_process().take_reasons()) text += "; " + reason;
+  return text + "; `consort doctor` looks for the cause";
 }
 
 unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
@@ -62,6 +72,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
+  wire::DdsLog::of_this_process();  // from here on DDS says to it what it has to say
   if (options_.key.empty()) options_.key = wire::RunKey::random_secret();
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.external_plant || options_.interface != "lo";
@@ -112,7 +123,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
       return;
     } catch (const dds::core::Exception& failure) {
       if (derived && attempt + 1 < kDomainAttempts) continue;
-      throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+      throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + why(failure));
     }
   }
 }
@@ -132,7 +143,7 @@ void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
       hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration,
                                             wire::RunKey(options_.key), callbacks));
     } catch (const dds::core::Exception& failure) {
-      throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + failure.what() + "; `consort doctor` looks for the cause");
+      throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + why(failure));
     }
   }
 }

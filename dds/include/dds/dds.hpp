@@ -10,5 +10,6 @@
 #include "dds/cond.hpp"
 #include "dds/configuration.hpp"
 #include "dds/domain.hpp"
+#include "dds/log.hpp"
 #include "dds/pub.hpp"
 #include "dds/sub.hpp"
