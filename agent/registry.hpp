@@ -1,5 +1,5 @@
 #pragma once
-/// The table of protocols: one visible line each in registry.cpp.
+/// The table of protocols: one visible line each, in the table of its family (registry_consensus.cpp, ...).
 
 #include "agent/protocol.hpp"
 
@@ -24,6 +24,14 @@ struct ProtocolEntry {
   std::unique_ptr<Protocol> (*make)(const Values& parameters, const Setup& setup);
 };
 
+// The families, each compiled apart.
+std::span<const ProtocolEntry> consensus_protocols();
+std::span<const ProtocolEntry> control_protocols();
+std::span<const ProtocolEntry> adaptive_protocols();
+std::span<const ProtocolEntry> filters_protocols();
+std::span<const ProtocolEntry> everybody_protocols();
+std::span<const ProtocolEntry> sensor_network_protocols();
+/// All of them, family after family.
 std::span<const ProtocolEntry> protocol_table();
 /// Makes one agent's protocol. Throws ConfigError, also if the protocol needs a plant and `plant_controls` says that there is none, or if
 /// u_i has another length than the plant takes (`plant_controls`).

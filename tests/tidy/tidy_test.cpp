@@ -62,7 +62,7 @@ bool drives_processes(std::string_view path) {
 }
 
 std::string room_of(std::string_view path) {
-  if (starts_with_any(path, {"agent/protocol", "agent/registry."})) return "protocols";
+  if (starts_with_any(path, {"agent/protocol", "agent/registry"})) return "protocols";
   if (starts_with_any(path, {"plant/model", "plant/registry."})) return "models";
   if (path.starts_with("orchestrator/")) return drives_processes(path) ? "run" : "orchestrator";
   if (path.starts_with("idl/")) return "wire";
