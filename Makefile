@@ -72,9 +72,10 @@ endif
 	@cmake --preset fuzz
 	@cmake --build --preset fuzz --parallel $(JOBS)
 	@build/fuzz/bin/fuzz_seeds build/fuzz/seeds
-	@mkdir -p build/fuzz/wire build/fuzz/script
+	@mkdir -p build/fuzz/wire build/fuzz/script build/fuzz/criterion
 	@cd build/fuzz && bin/fuzz_wire -max_total_time=$(FUZZ_SECONDS) -max_len=4096 wire seeds ../../tests/fuzz/corpus/wire
 	@cd build/fuzz && bin/fuzz_script -max_total_time=$(FUZZ_SECONDS) -max_len=3000 -timeout=20 script ../../experiments ../../tests/fuzz/corpus/script
+	@cd build/fuzz && bin/fuzz_criterion -max_total_time=$(FUZZ_SECONDS) -max_len=500 criterion ../../tests/fuzz/corpus/criterion
 
 # The pages in the folders they lie in, with an index of the decisions; a link that leads nowhere fails.
 docs:

@@ -106,8 +106,9 @@ constexpr std::array kTable{
     MetricEntry{"rmse", "estimators: root mean square error of a component in the second half of the run; rmse.<agent> of one agent's",
                 rmse},
     MetricEntry{"nees",
-                "estimators with a covariance P: mean of e^T P^-1 e in the second half (Bar-Shalom, Li, Kirubarajan 2001, 5.4.2); "
-                "nees_low, nees_high: its 95 % bounds over the runs",
+                "estimators with a covariance P: mean of e^T P^-1 e over agents and the second half (Bar-Shalom, Li, Kirubarajan 2001, "
+                "5.4.2); n where P is true. With several runs nees_low, nees_high: 95 % bounds for one independent sample a run (n times "
+                "runs degrees of freedom), wide for a mean over agents and time too: outside contradicts P, inside does not prove it",
                 nees},
     MetricEntry{"gain_min", "smallest final coupling gain among the agents that hear somebody", gain_min},
     MetricEntry{"gain_mean", "mean of those", gain_mean},

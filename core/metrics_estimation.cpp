@@ -155,6 +155,7 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
     }
   });
   out["nees"] = sum / count;
+  if (experiment.runs < 2) return;  // bounds for one sample say next to nothing
   const double runs = static_cast<double>(experiment.runs);
   const boost::math::chi_squared distribution(static_cast<double>(n) * runs);
   out["nees_low"] = boost::math::quantile(distribution, 0.025) / runs;

@@ -20,8 +20,10 @@ void error_peak(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Me
 void rmse(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
 /// Normalised estimation error squared e^T P^-1 e (Bar-Shalom, Li, Kirubarajan 2001, 5.4.2), mean over agents and the reports of the second
-/// half, where an estimate has a field P; n if P is what the error's covariance is. `nees_low`, `nees_high`: where 95 of 100 means over as
-/// many independent samples as the experiment has runs lie then, chi-square with n times runs degrees of freedom.
+/// half, where an estimate has a field P; n if P is what the error's covariance is. `nees_low`, `nees_high`, with several runs: where 95 of
+/// 100 means over as many independent samples as the experiment has runs lie then, chi-square with n times runs degrees of freedom. The
+/// averages over agents and time are of samples that depend on each other; they only narrow the mean, so the bounds are wide for it: a
+/// mean outside contradicts P, one inside does not prove it.
 /// Throws RunError naming agent, round, size and condition where P is not positive definite.
 void nees(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 

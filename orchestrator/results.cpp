@@ -199,7 +199,8 @@ std::string to_json(const Summary& summary) {
   json["trace_hash"] = fmt::format("{:016x}", summary.trace_hash);
   json["criteria"] = nlohmann::ordered_json::array();
   for (const CriterionResult& criterion : summary.criteria)
-    json["criteria"].push_back({{"text", criterion.text}, {"met", criterion.met}, {"value", criterion.value}});
+    json["criteria"].push_back(
+        {{"text", criterion.text}, {"met", criterion.met}, {"value", criterion.value}, {"metrics", criterion.metrics}});
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
   if (summary.runs > 1) json["per_run"] = per_run(summary);

@@ -21,6 +21,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <utility>
 
 namespace consort {
 
@@ -120,14 +121,19 @@ class TopLevel {
   // Once the rest of the experiment is known to hold: measures named by criteria exist.
   void check_criteria() {
     if (out_.criteria.empty()) return;
-    const auto wanted = out_.metrics;
-    out_.metrics.clear();  // every metric is known to a criterion, whatever is printed
-    const auto names = metric_names(out_);
-    out_.metrics = wanted;
+    const auto names = every_metric_name();
+    std::vector<std::string> with_runs;  // what a single run does not have
     const YAML::Node list = top_.find("criteria");
     for (std::size_t i = 0; i < out_.criteria.size(); ++i) {
       try {
-        check_criterion(out_.criteria[i], names);
+        const auto is_known = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
+        const auto used = metrics_of(out_.criteria[i]);
+        if (out_.runs == 1 && with_runs.empty() && !std::all_of(used.begin(), used.end(), is_known)) {
+          out_.runs = 2;
+          with_runs = every_metric_name();
+          out_.runs = 1;
+        }
+        check_criterion(out_.criteria[i], names, with_runs);
         add_metrics_of(out_.criteria[i]);
       } catch (const ConfigError& error) {
         mistakes_.add(list[i], fmt::format("criteria[{}]: {}", i, error.what()));
@@ -370,6 +376,14 @@ class TopLevel {
       if (name.starts_with(entry.name) && whole && entry.name.size() > longest.size()) longest = entry.name;
     }
     return std::string(longest);
+  }
+
+  // Every metric is known to a criterion, whatever is printed.
+  std::vector<std::string> every_metric_name() {
+    const auto wanted = std::exchange(out_.metrics, {});
+    auto names = metric_names(out_);
+    out_.metrics = wanted;
+    return names;
   }
 
   // The protocol (and the sweep's value) that a metric is of.

@@ -214,7 +214,7 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
                      toned(facts, Tone::faint, style));
 }
 
-/// The value stands before the text, so that long criteria need no column of their own.
+/// The value stands before the text, so that long criteria need no column of their own; below it what several metrics came to.
 std::string criteria(const Summary& summary, const TextStyle& style) {
   std::string out;
   std::size_t width = 0;
@@ -223,9 +223,14 @@ std::string criteria(const Summary& summary, const TextStyle& style) {
     const std::string mark = style.unicode ? (criterion.met ? "✓" : "✗") : (criterion.met ? "met    " : "NOT met");
     const std::string value = padded(number(criterion.value), width);
     const std::size_t margin = kIndent + shown_width(mark) + 1 + width + 2;
-    const auto lines = wrapped(criterion.text, std::max<std::size_t>(style.width, margin + 20) - margin);
+    const std::size_t room = std::max<std::size_t>(style.width, margin + 20) - margin;
+    const auto lines = wrapped(criterion.text, room);
     out += fmt::format("  {} {}  {}\n", toned(mark, criterion.met ? Tone::good : Tone::bad, style), value, lines.front());
     for (std::size_t i = 1; i < lines.size(); ++i) out += std::string(margin, ' ') + lines[i] + "\n";
+    if (criterion.metrics.size() < 2) continue;  // the value says it
+    std::string values;
+    for (const auto& [name, found] : criterion.metrics) values += fmt::format("{}{} {}", values.empty() ? "" : ", ", name, number(found));
+    for (const auto& line : wrapped(values, room)) out += fmt::format("{}{}\n", std::string(margin, ' '), toned(line, Tone::faint, style));
   }
   return out.empty() ? out : out + "\n";
 }

@@ -103,11 +103,17 @@ TEST(Nees, IsTheDimensionWhereTheCovarianceIsTrueAndDoublesWhereItIsHalf) {
   EXPECT_NEAR(all_of(filter(P, 0.5 * P, 20'000)).at("nees"), 4.0, 0.16);
 }
 
+TEST(Nees, OfASingleRunHasNoBounds) {
+  const Metrics out = all_of(filter(Matrix::Identity(2, 2), Matrix::Identity(2, 2), 4), 1);
+  EXPECT_TRUE(out.contains("nees"));
+  EXPECT_FALSE(out.contains("nees_low") || out.contains("nees_high"));
+}
+
 TEST(Nees, HasTheChiSquareBoundsOfTheRuns) {
   const Trace trace = filter(Matrix::Identity(2, 2), Matrix::Identity(2, 2), 4);
-  // Tables: chi-square with 2 degrees of freedom .0506 and 7.378, with 100 degrees 74.222 and 129.561.
-  EXPECT_NEAR(all_of(trace, 1).at("nees_low"), 0.0506, 5e-5);
-  EXPECT_NEAR(all_of(trace, 1).at("nees_high"), 7.378, 5e-4);
+  // Tables: chi-square with 4 degrees of freedom .4844 and 11.143, with 100 degrees 74.222 and 129.561.
+  EXPECT_NEAR(all_of(trace, 2).at("nees_low"), 0.4844 / 2, 5e-5);
+  EXPECT_NEAR(all_of(trace, 2).at("nees_high"), 11.143 / 2, 5e-4);
   EXPECT_NEAR(all_of(trace, 50).at("nees_low"), 74.222 / 50, 1e-4);
   EXPECT_NEAR(all_of(trace, 50).at("nees_high"), 129.561 / 50, 1e-4);
 }

@@ -1,5 +1,6 @@
 /// What fuzzing has found stays found: every file of the corpus goes through the fuzz targets' own functions, in every build.
 
+#include "tests/fuzz/criterion_text.hpp"
 #include "tests/fuzz/script_text.hpp"
 #include "tests/fuzz/wire_bytes.hpp"
 #include "tests/support/tree.hpp"
@@ -38,6 +39,12 @@ TEST(Corpus, NoExperimentFileDoesMoreThanBeRefused) {
   std::set<bool> fates;
   EXPECT_GE(every_file("script", [&](const std::vector<std::uint8_t>& bytes) { fates.insert(read_script(bytes)); }), 20u);
   EXPECT_EQ(fates.size(), 2u) << "some are experiments";
+}
+
+TEST(Corpus, NoCriterionDoesMoreThanBeRefused) {
+  std::set<bool> fates;
+  EXPECT_GE(every_file("criterion", [&](const std::vector<std::uint8_t>& bytes) { fates.insert(read_criterion(bytes)); }), 20u);
+  EXPECT_EQ(fates.size(), 2u) << "some are criteria";
 }
 
 TEST(Corpus, TheSeedsOfEveryTopicAreDecoded) {

@@ -142,6 +142,10 @@ TEST(Results, RunThatNeverConvergesCountsInTheShareAlone) {
   EXPECT_TRUE(summary.criteria[0].met && summary.criteria[1].met && !summary.criteria[2].met);
   const std::string text = render(summary, {false, false, false, 80});
   EXPECT_NE(text.find("30 +- 0 (2 of 3 runs)"), std::string::npos) << text;
+  EXPECT_NE(render(summary, {false, false, false, 120}).find("rounds_to_convergence 30, rounds_to_convergence.share 0.666667"),
+            std::string::npos);
+  const auto json = nlohmann::json::parse(to_json(summary));
+  EXPECT_DOUBLE_EQ(json["criteria"][0]["metrics"]["rounds_to_convergence.share"].get<double>(), 2.0 / 3.0);
 }
 
 TEST(Results, WithOneRunThatConvergedThereIsAMeanAndNoDeviation) {

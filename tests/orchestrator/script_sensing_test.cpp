@@ -52,12 +52,37 @@ TEST(ScriptSensing, RelativeMeasurementsAndCouplingsBecomeWhatTheySay) {
   EXPECT_EQ(parsed("").on_agent_loss, AgentLoss::abort);
 }
 
+std::string filters(const std::string& more) {
+  return "experiment: e\nrounds: 9\ndt: 0.01\nagents: {count: 3, protocol: {name: kalman_bucy, Q: 0.1, R: 1}}\ntopology: complete\n"
+         "plant: {model: {name: shared_linear, A: [[0, 1], [-1, 0]], C: [[1, 0]]}}\n" +
+         more;
+}
+
+TEST(ScriptSensing, CriteriaOnWhatOnlySeveralRunsHaveAreRefusedWithTheRemedy) {
+  for (const std::string name : {"nees_low", "nees_high", "rmse.std", "error.share"}) {
+    SCOPED_TRACE(name);
+    const std::string text = filters("metrics: [rmse]\ncriteria: [\"nees < 9\", \"1 < " + name + "\"]\n");
+    try {
+      parse_experiment(text, "e.yaml", ".");
+      ADD_FAILURE() << "a single run has it";
+    } catch (const ConfigError& error) {
+      const std::string what = error.what();
+      EXPECT_NE(what.find("e.yaml:8:24: criteria[1]: criterion: found '" + name + "' (column 5) in '1 < " + name +
+                          "', which a single run does not have; allowed: with several runs, such as 'runs: 20' or --runs 20"),
+                std::string::npos)
+          << what;
+    }
+    ScriptOverrides two;
+    two.runs = 2;
+    EXPECT_NO_THROW(parse_experiment(text, "e.yaml", ".", two));
+  }
+}
+
 TEST(ScriptSensing, CriteriaBringTheMetricsThatTheyName) {
-  const Experiment e = parse_experiment(
-      "experiment: e\nrounds: 9\ndt: 0.01\nagents: {count: 3, protocol: {name: kalman_bucy, Q: 0.1, R: 1}}\ntopology: complete\n"
-      "plant: {model: {name: shared_linear, A: [[0, 1], [-1, 0]], C: [[1, 0]]}}\nmetrics: [rmse]\n"
-      "criteria: [\"nees < nees_high\", \"error.2 < 9\", \"rmse.1 < 9\"]\nstop: {converged: {error: 0.1}}\n",
-      "e.yaml", ".");
+  const Experiment e =
+      parse_experiment(filters("runs: 2\nmetrics: [rmse]\ncriteria: [\"nees < nees_high\", \"error.2 < 9\", \"rmse.1.share == 1\"]\n"
+                               "stop: {converged: {error: 0.1}}\n"),
+                       "e.yaml", ".");
   EXPECT_EQ(e.metrics, (std::vector<std::string>{"rmse", "nees", "error"}));
   EXPECT_EQ(e.convergence->within, 0.1);
 }
