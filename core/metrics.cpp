@@ -85,7 +85,7 @@ constexpr std::array kTable{
     MetricEntry{"spread", "largest minus smallest final estimate, per component", spread},
     MetricEntry{"rounds_to_convergence",
                 "first reported round from which the disagreement (of estimators: the error) stays within the stop rule's (1e-3 without "
-                "one); NaN: never",
+                "one); NaN: never. Over several runs the mean of those that converged; rounds_to_convergence.share: their share",
                 rounds_to_convergence},
     MetricEntry{"predicted_value", "what theory promises without disturbances (Knotek, thesis, (2.13); Zamani et al. 2014, (24))",
                 predicted_value},

@@ -179,7 +179,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       ->check(CLI::IsMember({"simulate", "lockstep", "realtime"}));
   app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
   app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
-  app_.add_option("--runs", overrides_.runs, "Repetitions with the seeds N, N+1, ...; metrics are then means. Default: the file's.")
+  app_.add_option("--runs", overrides_.runs,
+                  "Repetitions with the seeds N, N+1, ...; a metric is then the mean over the runs that have it, <metric>.std their "
+                  "deviation, <metric>.share their share. Default: the file's.")
       ->type_name("N");
   app_.add_option("--agents-per-process", overrides_.agents_per_process,
                   "How many agents share a process; never changes a result. Default: the file's.")
