@@ -1,7 +1,7 @@
 #include "core/decompositions.hpp"
 #include "core/graph.hpp"
 
-#include <boost/graph/adjacency_list.hpp>
+#include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <boost/graph/strong_components.hpp>
 
 #include <algorithm>
@@ -17,12 +17,18 @@ struct Components {
   std::size_t count = 0;
 };
 
+/// Every edge turned round, in the order of the graph itself: its strong components are the same, and nothing need be sorted.
 Components strong_components_of(const Graph& graph) {
-  boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS> flow(graph.agents());
-  for (const auto& [edge, weight] : graph.edges()) boost::add_edge(index_of(edge.from), index_of(edge.to), flow);
   Components components;
   components.of.resize(graph.agents());
   if (graph.agents() == 0) return components;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> turned;
+  turned.reserve(graph.edge_count());
+  for (std::size_t i = 0; i < graph.agents(); ++i)
+    for (const Neighbour& j : graph.in_neighbours(agent_at(i)))
+      turned.emplace_back(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(index_of(j.id)));
+  const boost::compressed_sparse_row_graph<boost::directedS, boost::no_property, boost::no_property, boost::no_property, std::uint32_t>
+      flow(boost::edges_are_sorted, turned.begin(), turned.end(), static_cast<std::uint32_t>(graph.agents()));
   const auto vertex_index = boost::get(boost::vertex_index, flow);
   components.count =
       static_cast<std::size_t>(boost::strong_components(flow, boost::make_iterator_property_map(components.of.begin(), vertex_index)));
@@ -33,9 +39,9 @@ Components strong_components_of(const Graph& graph) {
 std::vector<std::size_t> root_of(const Graph& graph) {
   const Components components = strong_components_of(graph);
   std::vector<bool> fed(components.count, false);
-  for (const auto& [edge, weight] : graph.edges()) {
-    if (components.of[index_of(edge.from)] != components.of[index_of(edge.to)]) fed[components.of[index_of(edge.to)]] = true;
-  }
+  for (std::size_t i = 0; i < graph.agents(); ++i)
+    for (const Neighbour& j : graph.in_neighbours(agent_at(i)))
+      if (components.of[index_of(j.id)] != components.of[i]) fed[components.of[i]] = true;
   if (std::count(fed.begin(), fed.end(), false) != 1) return {};
   std::vector<std::size_t> root;
   for (std::size_t i = 0; i < graph.agents(); ++i) {
@@ -79,16 +85,24 @@ bool strongly_connected(const Graph& graph) { return strong_components_of(graph)
 bool has_spanning_tree(const Graph& graph) { return !root_of(graph).empty(); }
 
 bool undirected(const Graph& graph) {
-  std::vector<WeightedEdge> turned = graph.edges();
-  for (auto& [edge, weight] : turned) std::swap(edge.from, edge.to);
-  return Graph(graph.agents(), turned) == graph;
+  for (std::size_t i = 0; i < graph.agents(); ++i)
+    for (const Neighbour& j : graph.in_neighbours(agent_at(i))) {
+      const auto back = graph.in_neighbours(j.id);
+      const auto self = std::lower_bound(back.begin(), back.end(), agent_at(i), [](const Neighbour& n, AgentId id) { return n.id < id; });
+      if (self == back.end() || self->id != agent_at(i) || self->weight != j.weight) return false;
+    }
+  return true;
 }
 
 bool balanced(const Graph& graph) {
-  const Matrix g = adjacency(graph);
-  const Vector in = g.rowwise().sum();
-  const Vector out = g.colwise().sum().transpose();
-  return graph.agents() == 0 || (in - out).cwiseAbs().maxCoeff() <= 1e-12 * std::max(1.0, in.maxCoeff());
+  const auto n = static_cast<Eigen::Index>(graph.agents());
+  Vector in = Vector::Zero(n), out = Vector::Zero(n);
+  for (std::size_t i = 0; i < graph.agents(); ++i)
+    for (const Neighbour& j : graph.in_neighbours(agent_at(i))) {
+      in[static_cast<Eigen::Index>(i)] += j.weight;
+      out[static_cast<Eigen::Index>(index_of(j.id))] += j.weight;
+    }
+  return n == 0 || (in - out).cwiseAbs().maxCoeff() <= 1e-12 * std::max(1.0, in.maxCoeff());
 }
 
 std::vector<std::complex<double>> laplacian_spectrum(const Graph& graph) {

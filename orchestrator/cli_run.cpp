@@ -133,7 +133,6 @@ class RunVerb : public Verb {
   void check_options() const;
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
-  [[nodiscard]] std::vector<Finding> examined() const;
   void conclude(const Summary& summary) const;
 
   std::vector<std::string> command_line_;
@@ -156,7 +155,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       "run an experiment\n"
       "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
       "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
-      "estimate (record.sqlite, see `consort export`), what theory says of estimators (theory.json) and one log per process (logs/). What "
+      "estimate (record.sqlite, see `consort export`), what theory says of it (theory.json) and one log per process (logs/). What "
       "the command line says wins over the file.",
       {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
        {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
@@ -254,11 +253,9 @@ RunOptions RunVerb::options() const {
   return options;
 }
 
-/// What theory says, where it may keep the run from starting: of estimators.
-std::vector<Finding> RunVerb::examined() const {
-  const bool estimates = std::any_of(experiment_.protocols.begin(), experiment_.protocols.end(),
-                                     [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
-  return estimates ? examine(experiment_) : std::vector<Finding>{};
+bool estimates(const Experiment& experiment) {
+  return std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                     [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
 }
 
 Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
@@ -267,7 +264,7 @@ Exit RunVerb::execute() {
   if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
   experiment_ = load_experiment(file_, overrides_);
   check_options();
-  const std::vector<Finding> findings = examined();
+  const std::vector<Finding> findings = examine(experiment_, Effort::of_run());
   if (!force_) refuse_unsound(findings);
   catch_signals();
   output_ = make_output();
@@ -276,10 +273,8 @@ Exit RunVerb::execute() {
   write_file(output_ / "host.json",
              host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
-  if (!findings.empty()) {
-    write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
-    scribe_->note(told(findings));
-  }
+  write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
   const RunOptions run_options = options();
   const std::string key = fmt::format("{}={} ", kRunKeyVariable, run_options.key);
   if (run_options.external_plant)

@@ -101,7 +101,7 @@ std::string findings_text(const std::vector<Finding>& findings, const TextStyle&
   std::string out = "\n  " + toned("What theory says", Tone::strong, style) + "\n";
   for (const Finding& finding : findings) {
     // What refuses a run is marked as what fails is.
-    const bool holds = finding.verdict == Rating::holds, note = finding.verdict == Rating::note;
+    const bool holds = finding.verdict == Rating::holds, note = finding.verdict == Rating::note || finding.verdict == Rating::left_out;
     const std::string mark = style.unicode ? (holds ? "✓" : note ? "·" : "✗") : (holds ? "+" : note ? "-" : "!");
     const std::string head = finding.condition + (finding.evidence.empty() ? "" : ": " + finding.evidence);
     const auto lines = wrapped(head, text_width(style) - 4);

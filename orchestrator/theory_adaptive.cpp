@@ -4,6 +4,7 @@
 #include "agent/protocol_reference.hpp"
 #include "core/controllability.hpp"
 #include "core/decompositions.hpp"
+#include "core/errors.hpp"
 #include "core/shapes.hpp"
 #include "plant/model_physics.hpp"
 
@@ -22,22 +23,18 @@ enum class Asks { strong_or_led, led, undirected, undirected_followers, undirect
 struct Demand {
   std::string_view protocol;
   Asks asks;
-  bool linear;  ///< gains from the Riccati equation of the agent's own (A, B)
+  bool linear;     ///< gains from the Riccati equation of the agent's own (A, B)
+  bool noiseless;  ///< gains that only grow, as long as anything disturbs the agents
   std::string_view theorem;
 };
 constexpr std::array kDemands{
-    Demand{"adaptive_consensus", Asks::strong_or_led, true, "Knotek, thesis, Theorems 12 to 15"},
-    Demand{"li_edge_consensus", Asks::undirected, true, "Li, Ren, Liu, Fu 2013, Theorem 1"},
-    Demand{"li_agent_consensus", Asks::led, true, "Li, Wen, Duan, Ren 2015"},
-    Demand{"yu_consensus", Asks::undirected_followers, false, "Yu, Ren, Zheng, Chen, Lu 2013, Theorems 1 and 2"},
-    Demand{"su_consensus", Asks::undirected_followers_led, false, "Su, Chen, Wang, Lin 2011, Theorem 1"},
-    Demand{"das_neural_consensus", Asks::strong_or_led, false, "Das, Lewis 2010, Theorem 1"},
+    Demand{"adaptive_consensus", Asks::strong_or_led, true, false, "Knotek, thesis, Theorems 12 to 15"},
+    Demand{"li_edge_consensus", Asks::undirected, true, true, "Li, Ren, Liu, Fu 2013, Theorem 1"},
+    Demand{"li_agent_consensus", Asks::led, true, false, "Li, Wen, Duan, Ren 2015"},
+    Demand{"yu_consensus", Asks::undirected_followers, false, true, "Yu, Ren, Zheng, Chen, Lu 2013, Theorems 1 and 2"},
+    Demand{"su_consensus", Asks::undirected_followers_led, false, true, "Su, Chen, Wang, Lin 2011, Theorem 1"},
+    Demand{"das_neural_consensus", Asks::strong_or_led, false, false, "Das, Lewis 2010, Theorem 1"},
 };
-
-const Demand* demand_of(std::string_view protocol) {
-  const auto it = std::find_if(kDemands.begin(), kDemands.end(), [&](const Demand& demand) { return demand.protocol == protocol; });
-  return it != kDemands.end() ? &*it : nullptr;
-}
 
 std::string_view wording(Asks asks) {
   switch (asks) {
@@ -97,6 +94,14 @@ bool suits(const Graph& graph, Asks asks) {
   return false;
 }
 
+/// algebraic_connectivity(), with the spectrum at hand.
+double connectivity_of(const Graph& graph, const Spectra::Spectrum& spectrum) {
+  if (graph.agents() < 2 || !has_spanning_tree(graph)) return 0.0;
+  const auto zero =
+      std::min_element(spectrum.begin(), spectrum.end(), [](const auto& a, const auto& b) { return std::abs(a) < std::abs(b); });
+  return spectrum[zero == spectrum.begin() ? 1 : 0].real();
+}
+
 double largest_modulus(const std::vector<std::complex<double>>& spectrum) {
   double largest = 0.0;
   for (const auto& lambda : spectrum) largest = std::max(largest, std::abs(lambda));
@@ -108,41 +113,47 @@ std::string number(double value) { return fmt::format("{:.6g}", value); }
 /// One protocol of one experiment under examination.
 class AdaptiveExamination {
  public:
-  AdaptiveExamination(const Experiment& experiment, const ProtocolChoice& choice, const Survey& survey, std::vector<Finding>& out)
-      : experiment_(experiment), choice_(choice), demand_(*demand_of(choice.name)), out_(out) {
-    for (const auto& segment : survey.segments)
-      graphs_.push_back(part_of(*segment.graph, [&](AgentId i) { return experiment.presence_of(i).holds(segment.first); }));
-    firsts_.reserve(graphs_.size());
-    for (const auto& segment : survey.segments) firsts_.push_back(segment.first);
-  }
+  AdaptiveExamination(const TheoryCase& of, const Demand& demand, Findings& out)
+      : of_(of), experiment_(of.experiment), choice_(of.choice), demand_(demand), out_(out), graphs_(of.survey.graphs) {}
 
   void examine() {
     connectivity();
+    if (demand_.noiseless)
+      ask_no_noise(of_, out_, "the gains grow as long as anything disturbs the agents, and with them what they ask of dt");
     if (!experiment_.plant) return;
     const Physics physics(plant_task(experiment_, experiment_.seed));
     if (demand_.linear && !stabilisable_agents(physics)) return;
-    if (experiment_.agents > kLargestSpectrum) return;
-    spectra();
+    if (!spectra()) {
+      out_.leave_out(step_condition(), "too many graphs or agents for eigenvalues");
+      return;
+    }
     step(physics);
     if (choice_.name == "adaptive_consensus" && choice_.parameters.scalar("reference", 0.0) == 2.0) resolution();
   }
 
  private:
-  void add(Rating verdict, std::string condition, std::string evidence, std::string consequence) {
-    out_.push_back({verdict, choice_.name + ": " + std::move(condition), std::move(evidence), std::move(consequence)});
+  void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
+    out_.add(verdict, condition, std::move(evidence), std::move(consequence));
+  }
+  [[nodiscard]] std::string step_condition() const {
+    return choice_.name == "das_neural_consensus" ? "dt < 2 / (c lambda_max(L))"
+                                                  : "dt < 2 / (c lambda_max(K B) lambda_max(L)) at the largest gain c";
   }
 
   void connectivity() {
-    const auto unfit = std::find_if(graphs_.begin(), graphs_.end(), [&](const Graph& graph) { return !suits(graph, demand_.asks); });
+    const auto unfit = of_.survey.failure([this](const Graph& graph) { return suits(graph, demand_.asks); });
     const std::string condition = std::string(wording(demand_.asks)) + ", in every round";
-    if (unfit == graphs_.end()) {
-      add(Rating::holds, condition, graphs_.size() == 1 ? "the constant graph" : "among the agents that are there",
+    if (!unfit) {
+      add(Rating::holds, condition, of_.survey.constant() ? "the constant graph" : "among the agents that are there",
           fmt::format("the agents come to agree, as far as the gains suffice ({})", demand_.theorem));
       return;
     }
-    add(Rating::fails, condition, fmt::format("not in round {}", firsts_[static_cast<std::size_t>(unfit - graphs_.begin())]),
-        has_spanning_tree(*unfit) ? fmt::format("a spanning tree is there, but {} does not cover this graph", demand_.theorem)
-                                  : "there is no spanning tree: the agents cannot agree");
+    const auto segment = std::find_if(of_.survey.segments.begin(), of_.survey.segments.end(),
+                                      [&](const Schedule::Segment& one) { return one.first == unfit->first; });
+    const Graph& graph = *graphs_[static_cast<std::size_t>(segment - of_.survey.segments.begin())];
+    add(Rating::fails, condition, fmt::format("not in round {}", unfit->first),
+        has_spanning_tree(graph) ? fmt::format("a spanning tree is there, but {} does not cover this graph", demand_.theorem)
+                                 : "there is no spanning tree: the agents cannot agree");
   }
 
   bool stabilisable_agents(const Physics& physics) {
@@ -161,11 +172,14 @@ class AdaptiveExamination {
     return true;
   }
 
-  void spectra() {
-    for (const Graph& graph : graphs_) {
-      largest_ = std::max(largest_, largest_modulus(laplacian_spectrum(graph)));
-      smallest_ = std::min(smallest_, algebraic_connectivity(graph));
+  bool spectra() {
+    for (const std::size_t s : of_.survey.distinct()) {
+      const Spectra::Spectrum* spectrum = of_.spectra.of(*graphs_[s]);
+      if (spectrum == nullptr) return false;
+      largest_ = std::max(largest_, largest_modulus(*spectrum));
+      smallest_ = std::min(smallest_, connectivity_of(*graphs_[s], *spectrum));
     }
+    return true;
   }
 
   [[nodiscard]] double largest_initial(std::string_view name, double fallback) const {
@@ -224,7 +238,7 @@ class AdaptiveExamination {
     const double allowed = 2.0 / (experiment_.dt * stiffness * largest_);
     if (choice_.name == "das_neural_consensus") {
       const double c = choice_.parameters.scalar("c", 20.0);
-      add(c < allowed ? Rating::holds : Rating::fails, "dt < 2 / (c lambda_max(L))",
+      add(c < allowed ? Rating::holds : Rating::fails, step_condition(),
           fmt::format("c = {}, lambda_max(L) = {}: dt = {}, allowed below {}", number(c), number(largest_), number(experiment_.dt),
                       number(2.0 / (c * largest_))),
           c < allowed ? "held over a round, the coupling does not ring up" : "held over a round, the coupling rings up: take a smaller dt");
@@ -232,7 +246,7 @@ class AdaptiveExamination {
     }
     const KnownGain known = known_gain(physics, gains);
     const bool fits = known.value < allowed;
-    add(fits ? Rating::note : Rating::fails, "dt < 2 / (c lambda_max(K B) lambda_max(L)) at the largest gain c",
+    add(fits ? Rating::note : Rating::fails, step_condition(),
         fmt::format("dt = {} allows gains up to {} (lambda_max(L) = {}); known: {}", number(experiment_.dt), number(allowed),
                     number(largest_), known.text),
         fits ? "how far the gains rise on the way depends on the initial differences: compare gain_peak with this after the run"
@@ -250,7 +264,7 @@ class AdaptiveExamination {
   /// Algorithm 4.2 against the experiment's graphs.
   void resolution() {
     const Reference::Rule rule = Reference::rule(choice_.name, choice_.parameters, experiment_.dt);
-    const bool symmetric = std::all_of(graphs_.begin(), graphs_.end(), [](const Graph& graph) { return undirected(graph); });
+    const bool symmetric = std::all_of(graphs_.begin(), graphs_.end(), [](const auto& graph) { return undirected(*graph); });
     const std::string source = "(Knotek, thesis, Algorithm 4.2)";
     add(symmetric ? Rating::holds : Rating::fails, "undirected, for the estimation of eigenvalues",
         symmetric ? "every graph" : "not every graph",
@@ -270,21 +284,21 @@ class AdaptiveExamination {
           "the artificial states grow without bound ");
   }
 
+  const TheoryCase& of_;
   const Experiment& experiment_;
   const ProtocolChoice& choice_;
   const Demand& demand_;
-  std::vector<Finding>& out_;
-  std::vector<Graph> graphs_;                                                  // of the agents that are there, one per segment
-  std::vector<Round> firsts_;                                                  // first round of each
+  Findings& out_;
+  const std::vector<std::shared_ptr<const Graph>>& graphs_;                    // of the agents that are there, one per segment
   double largest_ = 0.0, smallest_ = std::numeric_limits<double>::infinity();  // eigenvalues of L over all graphs
 };
 
 }  // namespace
 
-bool adapts_gains(std::string_view protocol) { return demand_of(protocol) != nullptr; }
-
-void examine_adaptive(const Experiment& experiment, const ProtocolChoice& choice, const Survey& survey, std::vector<Finding>& out) {
-  AdaptiveExamination(experiment, choice, survey, out).examine();
+void examine_adaptive(const TheoryCase& of, Findings& out) {
+  const auto demand = std::find_if(kDemands.begin(), kDemands.end(), [&](const Demand& one) { return one.protocol == of.choice.name; });
+  check(demand != kDemands.end(), "examine_adaptive knows the protocols of its table");
+  AdaptiveExamination(of, *demand, out).examine();
 }
 
 }  // namespace consort

@@ -1,18 +1,12 @@
 #pragma once
-/// What theory asks of the protocols that steer a plant, and of Kalman consensus in continuous time.
+/// What theory asks of the protocols that steer a plant with gains given beforehand.
 
-#include "orchestrator/survey.hpp"
-#include "orchestrator/theory.hpp"
-
-#include <functional>
+#include "orchestrator/theory_case.hpp"
 
 namespace consort {
 
-/// The findings about one protocol of the experiment, each condition beginning with its name; none for protocols that others examine.
-std::vector<Finding> examine_control(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice);
-
-/// The smallest h > 0 for which `radius(h)`, the spectral radius of a loop sampled with step h, reaches 1, to six digits; 0 if the loop is
-/// unstable however short the step, infinity if no step up to 1e6 `shortest` makes it so. `shortest` is short against all it does.
-Seconds largest_stable_step(const std::function<double(Seconds)>& radius, Seconds shortest);
+void examine_static_consensus(const TheoryCase& of, Findings& out);          ///< Knotek, thesis, 2.3.3
+void examine_minimum_energy_consensus(const TheoryCase& of, Findings& out);  ///< Zamani, Shames, Ugrinovskii 2014
+void examine_measured_consensus(const TheoryCase& of, Findings& out);
 
 }  // namespace consort

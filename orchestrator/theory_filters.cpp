@@ -7,13 +7,11 @@
 #include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/shapes.hpp"
-#include "orchestrator/theory_control.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -21,19 +19,19 @@
 namespace consort {
 namespace {
 
-constexpr Eigen::Index kLargestMatrix = 300;  // order up to which the eigenvalues of the whole error matrix are worth the wait
-
 /// One protocol under examination.
 class FilterExamination {
  public:
-  FilterExamination(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice)
-      : experiment_(experiment),
-        survey_(survey),
-        choice_(choice),
-        support_(experiment.schedule(experiment.seed).support(experiment.rounds)) {
-    const Physics physics(plant_task(experiment, experiment.seed));
+  FilterExamination(const TheoryCase& of, Findings& out)
+      : of_(of),
+        experiment_(of.experiment),
+        survey_(of.survey),
+        choice_(of.choice),
+        out_(out),
+        support_(of.experiment.schedule(of.experiment.seed).support(of.experiment.rounds)) {
+    const Physics physics(plant_task(experiment_, experiment_.seed));
     shared_ = physics.shared();
-    for (std::size_t i = 0; i < experiment.agents; ++i) {
+    for (std::size_t i = 0; i < experiment_.agents; ++i) {
       const Values model = physics.knowledge(agent_at(i));
       if (!model.has("A")) return;
       if (i == 0) A_ = *model.find("A");
@@ -41,10 +39,10 @@ class FilterExamination {
     }
   }
 
-  std::vector<Finding> findings() {
-    if (C_.size() < experiment_.agents) return {};  // the protocol itself says that it needs A
+  void examine() {
+    if (C_.size() < experiment_.agents) return;  // the protocol itself says that it needs A
     one_plant();
-    if (!seen_by_somebody()) return std::move(out_);
+    if (!seen_by_somebody()) return;
     const std::string& name = choice_.name;
     if (name != "dlo_zhang" && name != "kalman_bucy") connected();
     if (name == "dlo_zhang") groups_arrive();
@@ -54,13 +52,13 @@ class FilterExamination {
       sees_enough(aggregated ? "the measurements of i and its in-neighbours" : "its own measurement", aggregated);
     }
     if (name == "kalman_bucy") who_is_centralised();
+    if (name == "dlo_kim" || name == "dlo_zhang") ask_no_noise(of_, out_, "the errors end within a bound, not at zero");
     stability();
-    return std::move(out_);
   }
 
  private:
   void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
-    out_.push_back({verdict, choice_.name + ": " + condition, std::move(evidence), std::move(consequence)});
+    out_.add(verdict, condition, std::move(evidence), std::move(consequence));
   }
   [[nodiscard]] Values parameters(std::size_t i) const { return experiment_.parameters_of(choice_, agent_at(i)); }
   [[nodiscard]] const Graph& graph() const { return *survey_.segments.front().graph; }
@@ -134,10 +132,11 @@ class FilterExamination {
 
   void connected() {
     std::string torn;
+    const auto reached = reached_from({0}, false), reaches = reached_from({0}, true);
     for (std::size_t i = 1; i < experiment_.agents && torn.empty(); ++i) {
-      if (!reached_from({0})[i])
+      if (!reached[i])
         torn = fmt::format("no path leads from agent 1 to agent {}", i + 1);
-      else if (!reached_from({i})[0])
+      else if (!reaches[i])
         torn = fmt::format("no path leads from agent {} to agent 1", i + 1);
     }
     const auto weak = survey_.failure(strongly_connected);
@@ -158,10 +157,11 @@ class FilterExamination {
         one_way.empty() ? "the theorem is about such graphs" : "the theorem does not cover it; see the error matrix");
   }
 
-  /// Which agents a path leads to from one of `agents`, which are among them.
-  [[nodiscard]] std::vector<bool> reached_from(std::vector<std::size_t> agents) const {
+  /// Which agents a path leads to from one of `agents`, which are among them; `backwards`: from whom a path leads to one of them.
+  [[nodiscard]] std::vector<bool> reached_from(std::vector<std::size_t> agents, bool backwards) const {
     std::vector<std::vector<std::size_t>> listeners(experiment_.agents);
-    for (const auto& [edge, weight] : support_.edges()) listeners[index_of(edge.from)].push_back(index_of(edge.to));
+    for (const auto& [edge, weight] : support_.edges())
+      listeners[index_of(backwards ? edge.to : edge.from)].push_back(index_of(backwards ? edge.from : edge.to));
     std::vector<bool> reached(experiment_.agents, false);
     for (const std::size_t i : agents) reached[i] = true;
     while (!agents.empty()) {
@@ -183,7 +183,7 @@ class FilterExamination {
       std::vector<std::size_t> who;
       for (std::size_t i = 0; i < experiment_.agents; ++i)
         if (seen_groups(groups, C_[i])[j]) who.push_back(i);
-      const auto reached = reached_from(who);
+      const auto reached = reached_from(who, false);
       const auto missed = std::find(reached.begin(), reached.end(), false);
       if (who.empty())
         failure = fmt::format("nobody sees the state group {}", group_text(groups[j]));
@@ -202,8 +202,12 @@ class FilterExamination {
     const Eigen::Index order = A_.rows() * static_cast<Eigen::Index>(experiment_.agents);
     const std::string condition = choice_.name == "dkf_iterative" ? "all eigenvalues of the whole error matrix lie inside the unit circle"
                                                                   : "all eigenvalues of the whole error matrix have a negative real part";
-    if (!survey_.constant() || order > kLargestMatrix) {
-      add(Rating::note, condition, survey_.constant() ? fmt::format("of order {}", order) : "the graph changes", "not examined");
+    if (!survey_.constant()) {
+      add(Rating::note, condition, "the graph changes", "one matrix says nothing of it");
+      return;
+    }
+    if (!of_.effort.affords(2.0 * spectrum_cost(static_cast<double>(order)) + design_cost())) {
+      out_.leave_out(condition, fmt::format("a matrix of order {}", order));
       return;
     }
     try {
@@ -229,12 +233,13 @@ class FilterExamination {
     for (std::size_t i = 0; i < experiment_.agents; ++i)
       fastest = std::max(fastest, network.A.norm() + network.injection[i].norm() +
                                       network.coupling[i].norm() * std::max(1.0, weighted_in_degree(agent_at(i))));
-    const Seconds bound = largest_stable_step(radius, 1e-3 / fastest);
-    const bool holds = experiment_.dt < bound * (1.0 - 1e-9);
-    add(holds ? Rating::holds : Rating::fails, "dt is short enough for correcting and predicting in rounds",
-        std::isinf(bound) ? fmt::format("dt = {}, any is", text_of(experiment_.dt))
-                          : fmt::format("dt = {}, allowed below {}", text_of(experiment_.dt), text_of(bound)),
-        holds ? "the errors decay in rounds too" : "the errors grow from round to round: take a shorter dt");
+    const double order = static_cast<double>(network.A.rows()) * static_cast<double>(experiment_.agents);
+    ask_short_step(of_, out_, "correcting and predicting in rounds", {radius, 1e-3 / fastest, spectrum_cost(order), ""},
+                   "the errors decay in rounds too", "the errors grow from round to round: take a shorter dt");
+  }
+  /// What the stationary gains of all agents take: a Riccati equation each.
+  [[nodiscard]] double design_cost() const {
+    return 20.0 * static_cast<double>(experiment_.agents) * spectrum_cost(static_cast<double>(A_.rows()));
   }
 
   [[nodiscard]] double weighted_in_degree(AgentId i) const {
@@ -314,22 +319,19 @@ class FilterExamination {
         overshoot > 1.0 ? "the coupling overshoots: take a smaller epsilon, or bounded: 1" : "the coupling does not overshoot");
   }
 
+  const TheoryCase& of_;
   const Experiment& experiment_;
   const Survey& survey_;
   const ProtocolChoice& choice_;
+  Findings& out_;
   Graph support_;  // every edge of the run
   bool shared_ = false;
   Matrix A_;
   std::vector<Matrix> C_;  // by agent; 0 x n: measures nothing
-  std::vector<Finding> out_;
 };
 
 }  // namespace
 
-std::vector<Finding> examine_filters(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice) {
-  constexpr std::array kExamined{"kalman_bucy", "dkf_olfati_saber", "dkf_iterative", "dkf_kim", "dlo_kim", "dlo_zhang"};
-  if (std::find(kExamined.begin(), kExamined.end(), choice.name) == kExamined.end() || !experiment.plant) return {};
-  return FilterExamination(experiment, survey, choice).findings();
-}
+void examine_filter(const TheoryCase& of, Findings& out) { FilterExamination(of, out).examine(); }
 
 }  // namespace consort

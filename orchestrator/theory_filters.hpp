@@ -1,12 +1,11 @@
 #pragma once
 /// What theory asks of the filters and observers of one plant (Knotek, thesis, section 3.1).
 
-#include "orchestrator/survey.hpp"
-#include "orchestrator/theory.hpp"
+#include "orchestrator/theory_case.hpp"
 
 namespace consort {
 
-/// The findings about one protocol of the experiment, each condition beginning with its name; none for protocols that others examine.
-std::vector<Finding> examine_filters(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice);
+/// kalman_bucy, dkf_olfati_saber, dkf_iterative, dkf_kim, dlo_kim, dlo_zhang
+void examine_filter(const TheoryCase& of, Findings& out);
 
 }  // namespace consort

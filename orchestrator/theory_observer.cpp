@@ -5,41 +5,41 @@
 #include "core/observer_case.hpp"
 #include "core/schur.hpp"
 #include "core/shapes.hpp"
-#include "orchestrator/theory_control.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <limits>
+#include <map>
 #include <optional>
-#include <set>
 
 namespace consort {
 namespace {
 
-constexpr std::array<std::string_view, 3> kProtocols{"distributed_observer", "acyclic_sensing", "cooperative_localization"};
-constexpr Eigen::Index kLargestErrorMatrix = 200;  // error components up to which R's eigenvalues are worth the wait
-constexpr Eigen::Index kLargestStep = 100;         // those up to which some hundred products and spectra are
-constexpr std::size_t kMostCases = 6;              // different graphs of one run whose whole error is examined
-constexpr std::size_t kLargestTeam = 60;           // agents up to which the spectra of all S^(j) are worth the wait
+constexpr std::size_t kMostCases = 6;  // different graphs of one run whose whole error is examined
 
 std::string word(AgentId agent) { return std::to_string(agent.value); }
 
 /// One protocol of one experiment under examination.
 class ObserverExamination {
  public:
-  ObserverExamination(const Experiment& experiment, const ProtocolChoice& choice, const Survey& survey, std::vector<Finding>& out)
-      : experiment_(experiment), choice_(choice), survey_(survey), physics_(plant_task(experiment, experiment.seed)), out_(out) {
-    for (std::size_t i = 0; i < experiment.agents; ++i) knowledge_.push_back(physics_.knowledge(agent_at(i)));
+  ObserverExamination(const TheoryCase& of, Findings& out)
+      : of_(of),
+        experiment_(of.experiment),
+        choice_(of.choice),
+        survey_(of.survey),
+        physics_(plant_task(of.experiment, of.experiment.seed)),
+        out_(out) {
+    for (std::size_t i = 0; i < experiment_.agents; ++i) knowledge_.push_back(physics_.knowledge(agent_at(i)));
   }
 
   void examine() {
     connectivity();
     if (senses()) sensing_is_communicated();
-    collect_cases();
+    if (senses()) unique_ids();
+    if (!collect_cases()) return;
     if (senses()) {
       dag();
       if (!localises()) return;
@@ -62,13 +62,7 @@ class ObserverExamination {
   [[nodiscard]] bool localises() const { return choice_.name == "cooperative_localization"; }
   [[nodiscard]] bool senses() const { return choice_.name != "distributed_observer"; }
   void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
-    out_.push_back({verdict, choice_.name + ": " + condition, std::move(evidence), std::move(consequence)});
-  }
-  [[nodiscard]] std::vector<AgentId> there(Round k) const {
-    std::vector<AgentId> members;
-    for (std::size_t i = 0; i < experiment_.agents; ++i)
-      if (experiment_.presence_of(agent_at(i)).holds(k)) members.push_back(agent_at(i));
-    return members;
+    out_.add(verdict, condition, std::move(evidence), std::move(consequence));
   }
   [[nodiscard]] std::string where(const Case& one) const {
     return cases_.size() == 1 ? "" : fmt::format(" (from round {} on, agents {})", one.first, fmt::join(numbers(one.of.members), ", "));
@@ -79,14 +73,21 @@ class ObserverExamination {
     return out;
   }
 
-  /// The different communication graphs with those that are there, the earliest first.
-  void collect_cases() {
-    std::set<std::pair<const Graph*, std::vector<AgentId>>> seen;
-    for (const auto& segment : survey_.segments) {
-      const auto members = there(segment.first);
-      if (members.empty() || cases_.size() >= kMostCases || !seen.insert({segment.graph.get(), members}).second) continue;
-      cases_.push_back({segment.first, observed_case(experiment_, choice_, knowledge_, *segment.graph, segment.first)});
+  /// The different communication graphs with those that are there, the earliest first. False if nothing can be said of any.
+  bool collect_cases() {
+    const std::string condition = "what follows from the graphs with those that are there";
+    const auto n = static_cast<double>(experiment_.agents);
+    for (const std::size_t s : survey_.distinct()) {
+      if (survey_.members[s]->empty()) continue;
+      if (cases_.size() == kMostCases || !of_.effort.affords(50.0 * n * n * n)) {
+        out_.leave_out(condition, fmt::format("from round {} on: {}", survey_.segments[s].first,
+                                              cases_.empty() ? "too many agents" : "too many different graphs"));
+        break;
+      }
+      const Round first = survey_.segments[s].first;
+      cases_.push_back({first, observed_case(experiment_, choice_, knowledge_, *survey_.segments[s].graph, first)});
     }
+    return !cases_.empty();
   }
 
   /// Refused if even the union of all graphs, as long as the same agents are there, is not strongly connected.
@@ -95,12 +96,12 @@ class ObserverExamination {
     const std::string theorem = localises() ? "(Theorem 4.15, condition 3)" : "(Huang et al. 2025, Theorem 3.2)";
     std::optional<Round> weak;
     for (std::size_t s = 0; s < survey_.segments.size();) {
-      const auto members = there(survey_.segments[s].first);
+      const Survey::Members& members = *survey_.members[s];
       const Round first = survey_.segments[s].first;
       std::vector<Graph> graphs;
-      for (; s < survey_.segments.size() && there(survey_.segments[s].first) == members; ++s) {
-        graphs.push_back(part_of(*survey_.segments[s].graph, members));
-        if (!weak && members.size() > 1 && !strongly_connected(graphs.back())) weak = survey_.segments[s].first;
+      for (; s < survey_.segments.size() && *survey_.members[s] == members; ++s) {
+        if (graphs.empty() || survey_.graphs[s] != survey_.graphs[s - 1]) graphs.push_back(*survey_.graphs[s]);
+        if (!weak && members.size() > 1 && !strongly_connected(*survey_.graphs[s])) weak = survey_.segments[s].first;
       }
       if (members.size() < 2) continue;
       const Graph all = union_of(graphs);
@@ -136,6 +137,19 @@ class ObserverExamination {
       }
     }
     add(Rating::holds, condition, "for every agent that is measured", "both ends of an edge learn who uses it");
+  }
+
+  void unique_ids() {
+    std::map<double, AgentId> owners;
+    for (std::size_t i = 0; i < experiment_.agents; ++i) {
+      const double id = experiment_.parameters_of(choice_, agent_at(i)).scalar("id", static_cast<double>(i + 1));
+      const auto [it, fresh] = owners.emplace(id, agent_at(i));
+      if (fresh) continue;
+      add(Rating::fails, "ids are unique", fmt::format("agents {} and {} have the id {}", word(it->second), i + 1, text_of(id)),
+          "two of one layer that measure each other cannot settle who uses the measurement (Algorithm 1)");
+      return;
+    }
+    add(Rating::holds, "ids are unique", fmt::format("{} agents", experiment_.agents), "ties between layers are settled");
   }
 
   void dag() {
@@ -234,9 +248,9 @@ class ObserverExamination {
   void coupling() {
     const std::string condition = "mu > max Re lambda(A_jj) / min Re lambda(S^(j)) (13, with real parts)";
     for (const Case& one : cases_) {
-      if (one.of.members.size() > kLargestTeam) {
-        add(Rating::note, condition, fmt::format("{} agents are too many for all S^(j)", one.of.members.size()),
-            "the bound was not computed");
+      const auto n = static_cast<double>(one.of.members.size());
+      if (!of_.effort.affords(n * spectrum_cost(n))) {
+        out_.leave_out(condition, fmt::format("{} agents are too many for all S^(j)", n));
         continue;
       }
       double fastest = -std::numeric_limits<double>::infinity();
@@ -258,8 +272,8 @@ class ObserverExamination {
       const ObservedSystem& system = one.of.system;
       const Eigen::Index size = system.error_size();
       const std::string condition = "the whole error E' = R E is stable (10)";
-      if (size > kLargestErrorMatrix) {
-        add(Rating::note, condition, fmt::format("{} components are too many{}", size, where(one)), "R was not examined");
+      if (!of_.effort.affords(spectrum_cost(static_cast<double>(size)))) {
+        out_.leave_out(condition, fmt::format("{} components are too many{}", size, where(one)));
         continue;
       }
       const double abscissa = spectral_abscissa(error_matrix(system));
@@ -267,37 +281,31 @@ class ObserverExamination {
           fmt::format("spectral abscissa {} of {} components{}", text_of(abscissa), size, where(one)),
           abscissa < 0.0 ? (one.of.inputs_known ? "all estimates converge" : "the errors stay bounded as the inputs are (19)")
                          : "the estimates do not converge");
-      if (size > kLargestStep || !(abscissa < 0.0)) continue;
-      step(one);
+      if (abscissa < 0.0) step(one);
     }
   }
 
   void step(const Case& one) {
     const auto radius = [&](Seconds h) { return spectral_radius(sampled_error_matrix(one.of.system, h)); };
-    const double now = radius(experiment_.dt);
     const std::string_view order = one.of.system.scheme == SampledScheme::first_order ? "first" : "second";
-    const Seconds bound = largest_stable_step(radius, std::min(experiment_.dt, 1e-3));
-    add(now < 1.0 ? Rating::holds : Rating::fails, "dt is short enough for the sampled scheme",
-        fmt::format("dt = {}, allowed below {}; spectral radius {}{}", text_of(experiment_.dt), text_of(bound), text_of(now), where(one)),
-        now < 1.0 ? fmt::format("correct and predict once a round is stable, and {}-order accurate in dt", order)
-                  : "the sampled scheme is unstable: take a shorter dt");
+    const double cost = 2.0 * spectrum_cost(static_cast<double>(one.of.system.error_size()));
+    ask_short_step(of_, out_, "the sampled scheme", {radius, std::min(experiment_.dt, 1e-3), cost, where(one)},
+                   fmt::format("correct and predict once a round is stable, and {}-order accurate in dt", order),
+                   "the sampled scheme is unstable: take a shorter dt");
   }
 
+  const TheoryCase& of_;
   const Experiment& experiment_;
   const ProtocolChoice& choice_;
   const Survey& survey_;
   Physics physics_;
   std::vector<Values> knowledge_;
   std::vector<Case> cases_;
-  std::vector<Finding>& out_;
+  Findings& out_;
 };
 
 }  // namespace
 
-bool observes_everybody(std::string_view protocol) { return std::find(kProtocols.begin(), kProtocols.end(), protocol) != kProtocols.end(); }
-
-void examine_observer(const Experiment& experiment, const ProtocolChoice& choice, const Survey& survey, std::vector<Finding>& out) {
-  ObserverExamination(experiment, choice, survey, out).examine();
-}
+void examine_observer(const TheoryCase& of, Findings& out) { ObserverExamination(of, out).examine(); }
 
 }  // namespace consort

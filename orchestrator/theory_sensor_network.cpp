@@ -4,7 +4,6 @@
 #include "core/observers.hpp"
 #include "core/schur.hpp"
 #include "core/shapes.hpp"
-#include "orchestrator/theory_control.hpp"
 #include "plant/model_physics.hpp"
 
 #include <fmt/format.h>
@@ -12,13 +11,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 namespace consort {
 namespace {
 
-constexpr std::size_t kMostRows = 12;         // agents whose variances are printed
-constexpr Eigen::Index kLargestSearch = 150;  // numbers in all errors up to which the largest stable step is searched for
+constexpr std::size_t kMostRows = 12;    // agents whose variances are printed
+constexpr std::size_t kMostGraphs = 20;  // different graphs of one run that are examined
 
 std::string listed(const std::vector<AgentId>& agents) {
   std::string out = agents.size() == 1 ? "agent" : "agents";
@@ -44,11 +42,16 @@ std::vector<std::string> names_of(const StateGroups& groups, const Layout& layou
   return out;
 }
 
+/// Numbers in the errors of all agents.
+double order_of(const ExaminedNetwork& examined) {
+  return static_cast<double>(examined.network.A.rows()) * static_cast<double>(examined.agents.size());
+}
+
 /// One graph of the run under examination.
 class NetworkExamination {
  public:
-  NetworkExamination(const Experiment& experiment, const ExaminedNetwork& examined, std::vector<std::string> names)
-      : experiment_(experiment), examined_(examined), names_(std::move(names)) {}
+  NetworkExamination(const TheoryCase& of, const ExaminedNetwork& examined, std::vector<std::string> names)
+      : experiment_(of.experiment), effort_(of.effort), examined_(examined), names_(std::move(names)), findings_(of.choice.name, out_) {}
 
   std::vector<Finding> findings() {
     seen();
@@ -63,7 +66,7 @@ class NetworkExamination {
 
  private:
   void add(Rating verdict, const std::string& condition, std::string evidence, std::string consequence) {
-    out_.push_back({verdict, "sensor_network_observer: " + condition, std::move(evidence), std::move(consequence)});
+    findings_.add(verdict, condition, std::move(evidence), std::move(consequence));
   }
   [[nodiscard]] AgentId original(AgentId place) const { return examined_.agents[index_of(place)]; }
   [[nodiscard]] std::vector<AgentId> original(const std::vector<AgentId>& places) const {
@@ -169,7 +172,7 @@ class NetworkExamination {
     const auto radius = [this](Seconds h) { return spectral_radius(sampled_error_matrix(examined_.network, h)); };
     const double now = radius(experiment_.dt);
     std::string evidence = fmt::format("dt = {}: spectral radius {}", text_of(experiment_.dt), fmt::format("{:.9g}", now));
-    if (examined_.network.A.rows() * static_cast<Eigen::Index>(examined_.agents.size()) <= kLargestSearch) {
+    if (effort_.affords(kStepQuestions * spectrum_cost(order_of(examined_)))) {
       double fastest = examined_.network.A.norm();
       for (std::size_t i = 0; i < examined_.agents.size(); ++i)
         fastest = std::max(fastest, (examined_.network.G[i] * examined_.network.C[i]).norm());
@@ -219,9 +222,11 @@ class NetworkExamination {
   }
 
   const Experiment& experiment_;
+  Effort& effort_;
   const ExaminedNetwork& examined_;
   std::vector<std::string> names_;
   std::vector<Finding> out_;
+  Findings findings_;
 };
 
 /// Findings of several graphs about the same condition become the worst one: refused only if all are.
@@ -271,25 +276,35 @@ class Merged {
 
 }  // namespace
 
-std::vector<Finding> examine_sensor_network(const Experiment& experiment, const Survey& survey, const ProtocolChoice& choice) {
-  if (choice.name != "sensor_network_observer") return {};
-  const std::string who = "sensor_network_observer: ";
-  const Physics physics(plant_task(experiment, experiment.seed));
-  if (!physics.shared())
-    return {{Rating::refused, who + "one linear plant that all agents share",
-             "found the model " + experiment.plant->model + ", of which each agent has a part",
-             "agents would draw estimates of different things together: take a shared plant, such as shared_linear or beam"}};
-  std::set<const Graph*> seen;
-  Merged merged;
-  for (const auto& segment : survey.segments) {
-    if (!seen.insert(segment.graph.get()).second) continue;
-    const auto examined = seen.size() > kMostGraphs ? std::nullopt : examined_network(experiment, choice, *segment.graph, segment.first);
-    if (!examined)
-      return {{Rating::note, who + "observability, leaders, stability", "too many graphs, or too many numbers in the errors of all agents",
-               "not examined"}};
-    merged.add(NetworkExamination(experiment, *examined, names_of(examined->groups, physics.state_layout())).findings(), segment.first);
+void examine_sensor_network(const TheoryCase& of, Findings& out) {
+  const Physics physics(plant_task(of.experiment, of.experiment.seed));
+  if (!physics.shared()) {
+    out.add(Rating::refused, "one linear plant that all agents share",
+            "found the model " + of.experiment.plant->model + ", of which each agent has a part",
+            "agents would draw estimates of different things together: take a shared plant, such as shared_linear or beam");
+    return;
   }
-  return merged.take();
+  const std::string everything = "observability, leaders, stability";
+  const auto graphs = of.survey.distinct();
+  // Three decompositions of the whole error per graph, and two Riccati equations per agent.
+  const auto n = static_cast<double>(physics.knowledge(agent_at(0)).find("A")->rows()), N = static_cast<double>(of.experiment.agents);
+  if (graphs.size() > kMostGraphs ||
+      !of.effort.affords(static_cast<double>(graphs.size()) * (3.0 * spectrum_cost(n * N) + 40.0 * N * spectrum_cost(n)))) {
+    out.leave_out(everything, fmt::format("{} graphs, {} numbers in the errors of all agents", graphs.size(), n * N));
+    return;
+  }
+  Merged merged;
+  for (const std::size_t s : graphs) {
+    if (of.survey.members[s]->empty()) continue;
+    const Schedule::Segment& segment = of.survey.segments[s];
+    const auto examined = examined_network(of.experiment, of.choice, *segment.graph, segment.first);
+    if (!examined) {
+      out.leave_out(everything, fmt::format("{} numbers in the errors of all agents", n * N));
+      return;
+    }
+    merged.add(NetworkExamination(of, *examined, names_of(examined->groups, physics.state_layout())).findings(), segment.first);
+  }
+  for (Finding& finding : merged.take()) out.add(std::move(finding));
 }
 
 }  // namespace consort

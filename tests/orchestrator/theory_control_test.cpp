@@ -1,4 +1,4 @@
-#include "orchestrator/theory_control.hpp"
+#include "orchestrator/theory_case.hpp"
 
 #include "core/errors.hpp"
 #include "orchestrator/script.hpp"
@@ -101,7 +101,7 @@ TEST(TheoryControl, LocalVotingWithAPlantConvergesToTheWeightedStates) {
   const std::string leader =
       "agents: {count: 3, protocol: local_voting}\nplant: {model: integrator, initial: {position: [1, 2, 7]}}\ndt: 0.1\n"
       "topology: {edges: [3 -> 1 -> 2]}";
-  EXPECT_SAYS("w^T x(0) = 7,", only(leader, "local_voting:").consequence);
+  EXPECT_SAYS("w^T x(0) = 7,", only(leader, "local_voting: all eigenvalues").consequence);
 }
 
 TEST(TheoryControl, GivesTheStepOfContinuousKalmanConsensus) {
@@ -110,7 +110,7 @@ TEST(TheoryControl, GivesTheStepOfContinuousKalmanConsensus) {
     return "agents: {count: 2, protocol: {name: continuous_kalman_consensus, Omega: 0.5" + more +
            "}, initial: {x: [1, 2], P: 1}}\ndt: " + dt + "\ntopology: ring";
   };
-  const std::string condition = "continuous_kalman_consensus:";
+  const std::string condition = "continuous_kalman_consensus: the integration steps";
   const Finding good = only(pair("", "0.01"), condition);
   EXPECT_EQ(good.verdict, Verdict::holds);
   EXPECT_SAYS("largest gain at the start 0.666667", good.evidence);

@@ -18,8 +18,7 @@ using Verdict = Rating;
 std::vector<Finding> about(const Experiment& experiment, const std::string& condition) {
   std::vector<Finding> out;
   for (const auto& finding : examine(experiment))
-    if (finding.condition.find(": " + condition) != std::string::npos && observes_everybody(experiment.protocols[0].name))
-      out.push_back(finding);
+    if (finding.condition.starts_with(experiment.protocols[0].name + ": " + condition)) out.push_back(finding);
   return out;
 }
 /// The only finding whose condition, after the protocol's name, begins so.
