@@ -71,6 +71,22 @@ nlohmann::ordered_json per_run(const Summary& summary) {
   return out;
 }
 
+/// The runs that drew apart, with the numbers.
+nlohmann::ordered_json diverged(const Summary& summary) {
+  auto runs = nlohmann::ordered_json::array();
+  for (const ProtocolResult& result : summary.protocols)
+    for (const RunMetrics& run : result.per_run)
+      if (run.diverged)
+        runs.push_back({{"protocol", result.name},
+                        {"seed", run.seed.value},
+                        {"of", run.diverged->of_error ? "error" : "disagreement"},
+                        {"from_round", run.diverged->from_round},
+                        {"from", run.diverged->from},
+                        {"to_round", run.diverged->to_round},
+                        {"to", run.diverged->to}});
+  return runs;
+}
+
 }  // namespace
 
 std::filesystem::path create_results_folder(const std::filesystem::path& base, const std::string& experiment, std::time_t now) {
@@ -135,8 +151,9 @@ void Results::add(const JobOutcome& outcome) {
   result.seconds += outcome.seconds;
   ++result.runs;
   RunMetrics& run = result.per_run.emplace_back(RunMetrics{outcome.job.seed, {}});
-  if (!trace.rounds.empty())
-    run.metrics = compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
+  if (trace.rounds.empty()) return;
+  run.metrics = compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
+  run.diverged = divergence(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
 }
 
 std::uint64_t samples_of(const std::vector<Refusal>& refused) {
@@ -204,6 +221,7 @@ std::string to_json(const Summary& summary) {
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
   if (summary.runs > 1) json["per_run"] = per_run(summary);
+  json["diverged"] = diverged(summary);
   json["performance"] = {{"startup_seconds", summary.startup_seconds},
                          {"rounds_per_second", summary.rounds_per_second},
                          {"messages_sent", summary.totals.sent},

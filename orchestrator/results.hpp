@@ -1,6 +1,7 @@
 #pragma once
 /// What a run leaves for people and programs: the output folder, the figures, summary.json.
 
+#include "core/divergence.hpp"
 #include "core/errors.hpp"
 #include "core/metrics.hpp"
 #include "orchestrator/criteria.hpp"
@@ -26,6 +27,7 @@ void write_file(const std::filesystem::path& file, const std::string& text);
 struct RunMetrics {
   Seed seed;
   Metrics metrics;
+  std::optional<Divergence> diverged = {};
 };
 
 /// One protocol over the runs that ended.

@@ -235,6 +235,26 @@ std::string criteria(const Summary& summary, const TextStyle& style) {
   return out.empty() ? out : out + "\n";
 }
 
+/// One line per protocol that drew apart in some run, with the numbers of the first.
+std::string diverged(const Summary& summary, const TextStyle& style) {
+  std::string out;
+  for (const ProtocolResult& result : summary.protocols) {
+    const auto is = [](const RunMetrics& run) { return run.diverged.has_value(); };
+    const auto first = std::find_if(result.per_run.begin(), result.per_run.end(), is);
+    if (first == result.per_run.end()) continue;
+    const auto count = std::count_if(result.per_run.begin(), result.per_run.end(), is);
+    const std::string which =
+        result.per_run.size() > 1 ? fmt::format(" in {} of {} runs, with seed {}", count, result.per_run.size(), first->seed.value) : "";
+    const Divergence& found = *first->diverged;
+    const std::string text =
+        fmt::format("{} {} diverged{}: the {} rose from {:.3g} in round {} to {:.3g} in round {}", style.unicode ? "✗" : "!", result.name,
+                    which, found.of_error ? "error" : "disagreement", found.from, found.from_round, found.to, found.to_round);
+    for (const auto& line : wrapped(text, std::max<std::size_t>(style.width, kIndent + 20) - kIndent))
+      out += fmt::format("  {}\n", toned(line, Tone::bad, style));
+  }
+  return out.empty() ? out : out + "\n";
+}
+
 }  // namespace
 
 std::string render(const Summary& summary, const TextStyle& style) {
@@ -253,7 +273,7 @@ std::string render(const Summary& summary, const TextStyle& style) {
     first = last;
   }
   std::string out = "\n" + heading(summary, style, std::clamp<std::size_t>(widest, 40, std::max<std::size_t>(style.width, 40))) + blocks;
-  out += criteria(summary, style);
+  out += diverged(summary, style) + criteria(summary, style);
   if (!summary.refused.empty()) {
     std::set<std::string> writers;
     for (const Refusal& refusal : summary.refused) writers.insert(refusal.writer);

@@ -23,7 +23,8 @@ struct KalmanConsensus {
   static constexpr std::string_view name = "kalman_consensus";
   static constexpr std::string_view summary = "consensus weighted by covariances; an exact agent leads";
   static constexpr std::string_view source = "Ren, Beard, Kingston 2005, (4)-(5)";
-  static constexpr std::string_view assumptions = "union over bounded windows has a spanning tree; unbiased only on balanced graphs";
+  static constexpr std::string_view assumptions =
+      "union over bounded windows has a spanning tree; unbiased only if all have equally many listeners";
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q added to P_i each round"},
       ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0", "communication covariance Omega added to every P_j heard"},

@@ -10,6 +10,7 @@
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <fstream>
@@ -112,6 +113,29 @@ TEST_F(Cli, RunPrintsTheTableAndFillsAFolder) {
   ASSERT_TRUE(rows.step());
   EXPECT_EQ(rows.integer(0), 5 * 201);
   EXPECT_EQ(rows.integer(1), 200);
+}
+
+TEST_F(Cli, RunSaysBeforehandWhatTheoryWarnsOfAndAfterwardsThatItDiverged) {
+  write("apart.yaml",
+        "experiment: apart\nmode: simulate\nrounds: 300\ndt: 0.6\n"
+        "agents: {count: 4, protocol: local_voting, initial: {x: [1, 2, 3, 10]}}\ntopology: ring\n");
+  const Answer told = consort({"run", "apart.yaml", "--output", "told"});
+  EXPECT_EQ(told.code, 0);
+  expect_contains(told.err, "local_voting: all eigenvalues of I - dt L other than one 1 lie inside the unit circle");
+  expect_contains(told.err, "dt = 0.6, allowed below 0.5");
+  EXPECT_EQ(std::count(told.err.begin(), told.err.end(), '\n'), 1) << "a line for each condition that fails: " << told.err;
+  expect_contains(told.out, "local_voting diverged: the disagreement rose from");
+  const auto theory = nlohmann::json::parse(text_of(folder_.path() / "told" / "theory.json"));
+  EXPECT_TRUE(std::any_of(theory.begin(), theory.end(), [](const auto& finding) { return finding["verdict"] == "fails"; }));
+  const Answer quiet = consort({"run", "apart.yaml", "--json", "--quiet", "--output", "quiet"});
+  EXPECT_EQ(quiet.err, "");
+  const auto diverged = nlohmann::json::parse(quiet.out)["diverged"];
+  ASSERT_EQ(diverged.size(), 1U);
+  EXPECT_EQ(diverged[0]["protocol"], "local_voting");
+  EXPECT_EQ(diverged[0]["of"], "disagreement");
+  EXPECT_EQ(diverged[0]["from_round"], 150);
+  EXPECT_EQ(diverged[0]["to_round"], 300);
+  EXPECT_GT(diverged[0]["to"], 1e40);
 }
 
 TEST_F(Cli, JsonOnStandardOutputIsTheSummary) {

@@ -60,6 +60,9 @@ TEST_P(ShippedExperiment, MeetsItsCriteriaInSimulation) {
   const Summary summary = results.summary(times, Exit::ok, "");
   ASSERT_EQ(summary.criteria.size(), e.criteria.size());
   for (const auto& criterion : summary.criteria) EXPECT_TRUE(criterion.met) << criterion.text << ": " << criterion.value;
+  for (const ProtocolResult& protocol : summary.protocols)
+    for (const RunMetrics& run : protocol.per_run)
+      EXPECT_FALSE(run.diverged) << protocol.name << ", from " << run.diverged->from << " to " << run.diverged->to;
 }
 
 TEST_P(ShippedExperiment, IsTheSameAfterBeingResolved) {
