@@ -108,8 +108,6 @@ double largest_modulus(const std::vector<std::complex<double>>& spectrum) {
   return largest;
 }
 
-std::string number(double value) { return fmt::format("{:.6g}", value); }
-
 /// One protocol of one experiment under examination.
 class AdaptiveExamination {
  public:
@@ -196,9 +194,9 @@ class AdaptiveExamination {
   };
   [[nodiscard]] KnownGain known_gain(const Physics& physics, const ConsensusGains& gains) const {
     const double c = largest_initial("c", choice_.name == "li_agent_consensus" ? 1.0 : choice_.name == "yu_consensus" ? 0.1 : 0.01);
-    KnownGain known{c, "c(0) = " + number(c)};
+    KnownGain known{c, "c(0) = " + text_of(c)};
     const auto raise = [&](double value, const char* text) {
-      if (value > known.value) known = {value, text + number(value)};
+      if (value > known.value) known = {value, text + text_of(value)};
     };
     if (choice_.name == "adaptive_consensus") {
       raise(largest_initial("kappa", c), "kappa = ");
@@ -239,16 +237,16 @@ class AdaptiveExamination {
     if (choice_.name == "das_neural_consensus") {
       const double c = choice_.parameters.scalar("c", 20.0);
       add(c < allowed ? Rating::holds : Rating::fails, step_condition(),
-          fmt::format("c = {}, lambda_max(L) = {}: dt = {}, allowed below {}", number(c), number(largest_), number(experiment_.dt),
-                      number(2.0 / (c * largest_))),
+          fmt::format("c = {}, lambda_max(L) = {}: dt = {}, allowed below {}", text_of(c), text_of(largest_), text_of(experiment_.dt),
+                      text_of(2.0 / (c * largest_))),
           c < allowed ? "held over a round, the coupling does not ring up" : "held over a round, the coupling rings up: take a smaller dt");
       return;
     }
     const KnownGain known = known_gain(physics, gains);
     const bool fits = known.value < allowed;
     add(fits ? Rating::note : Rating::fails, step_condition(),
-        fmt::format("dt = {} allows gains up to {} (lambda_max(L) = {}); known: {}", number(experiment_.dt), number(allowed),
-                    number(largest_), known.text),
+        fmt::format("dt = {} allows gains up to {} (lambda_max(L) = {}); known: {}", text_of(experiment_.dt), text_of(allowed),
+                    text_of(largest_), known.text),
         fits ? "how far the gains rise on the way depends on the initial differences: compare gain_peak with this after the run"
              : "held over a round, the loop rings up: take a smaller dt");
   }
@@ -272,7 +270,7 @@ class AdaptiveExamination {
             source);
     const double window = rule.dt * rule.sample_rounds * static_cast<double>(rule.samples), pi = std::numbers::pi;
     const auto limit = [&](bool holds, std::string condition, double value, const char* relation, double bound, const char* otherwise) {
-      add(holds ? Rating::holds : Rating::fails, std::move(condition), fmt::format("{} {} {}", number(value), relation, number(bound)),
+      add(holds ? Rating::holds : Rating::fails, std::move(condition), fmt::format("{} {} {}", text_of(value), relation, text_of(bound)),
           (holds ? "the smallest eigenvalue can be told apart " : otherwise) + source);
     };
     const double low = rule.xi * smallest_ * window, high = rule.xi * largest_, sampling = 1.0 / (rule.dt * rule.sample_rounds);
