@@ -1,9 +1,11 @@
 #include "orchestrator/cli_verbs.hpp"
+#include "orchestrator/memory.hpp"
 
 #include <fmt/format.h>
 
 #include <clocale>
 #include <exception>
+#include <new>
 
 namespace {
 
@@ -23,6 +25,11 @@ int run(consort::CommandLine& command) {
     return command.fail(Exit::run_failed, error.what());
   } catch (const consort::ContractViolation& error) {
     return command.fail(Exit::run_failed, fmt::format("a mistake in Consort itself, please report it: {}", error.what()));
+  } catch (const std::bad_alloc&) {
+    return command.fail(Exit::bad_input,
+                        fmt::format("out of memory ({} can be had); allowed: fewer agents, components, edges or runs, or fewer reports "
+                                    "(`telemetry: {{every: ...}}`)",
+                                    consort::bytes_text(consort::memory_to_be_had())));
   } catch (const std::exception& error) {
     return command.fail(Exit::run_failed, error.what());
   }

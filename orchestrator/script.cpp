@@ -2,7 +2,9 @@
 
 #include "agent/registry.hpp"
 #include "orchestrator/criteria.hpp"
+#include "orchestrator/input_file.hpp"
 #include "orchestrator/script_agents.hpp"
+#include "orchestrator/script_document.hpp"
 #include "orchestrator/script_links.hpp"
 #include "orchestrator/script_plant.hpp"
 #include "orchestrator/script_resolved.hpp"
@@ -15,10 +17,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <map>
+#include <new>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -29,10 +30,12 @@ namespace {
 
 using namespace script;
 
+constexpr std::size_t kLongestName = 64;  // names the folder of the results, and the run on the network
 constexpr std::uint64_t kMostRounds = 1'000'000'000;
+constexpr std::uint64_t kMostRuns = 1'000'000;
+constexpr std::size_t kLargestExperiment = std::size_t{16} << 20;  // bytes
 const std::set<std::string> kProcessEvents{"join", "leave", "kill", "restart", "stop", "continue"};
 const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave", "kill", "restart", "stop", "continue"};
-constexpr std::uint64_t kMostRuns = 1'000'000;
 constexpr std::uint64_t kAnyWhole = std::numeric_limits<std::uint64_t>::max();
 
 // The comment at the head of the file, without its hash signs.
@@ -151,15 +154,16 @@ class TopLevel {
   void read_name(const YAML::Node& node) {
     const auto fits = [](const std::string& name) {
       const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
-      return !name.empty() && letter(name.front()) && std::all_of(name.begin(), name.end(), [&letter](char c) {
-        return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-';
-      });
+      return !name.empty() && name.size() <= kLongestName && letter(name.front()) &&
+             std::all_of(name.begin(), name.end(),
+                         [&letter](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; });
     };
     if (node.IsScalar() && fits(node.Scalar())) {
       out_.name = node.Scalar();
     } else {
-      mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter",
-                                      describe(node)));
+      mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter, "
+                                      "of at most {} characters",
+                                      describe(node), kLongestName));
     }
   }
 
@@ -423,31 +427,8 @@ class TopLevel {
   std::map<AgentId, std::vector<EventOfProcess>> process_events_;
 };
 
-YAML::Node parse(const std::string& text, const std::string& file, Mistakes& mistakes) {
-  if (const auto at = first_byte_not_utf8(text)) {
-    const std::string_view before = std::string_view(text).substr(0, *at);
-    const auto lines = static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
-    const std::size_t line_begin = lines == 0 ? 0 : before.rfind('\n') + 1;
-    mistakes.add(file, lines + 1, *at - line_begin + 1, "found a byte that is not UTF-8; allowed: text in UTF-8");
-    return {};
-  }
-  try {
-    YAML::Node document = YAML::Load(text);
-    if (document.IsNull())
-      mistakes.add(YAML::Mark(), "found an empty file; allowed: an experiment, a mapping with at least experiment, agents and topology");
-    return document;
-  } catch (const YAML::Exception& error) {
-    mistakes.add(error.mark, "found text that is not YAML: " + error.msg + "; allowed: YAML 1.2");
-    return {};
-  }
-}
-
-}  // namespace
-
-Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
-                            const ScriptOverrides& overrides) {
-  Mistakes mistakes(name);
-  const YAML::Node document = parse(text, name, mistakes);
+Experiment read(Mistakes& mistakes, const std::string& text, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+  const YAML::Node document = read_document(text, mistakes);
   mistakes.raise();
   check_duplicate_keys(mistakes, document);
 
@@ -478,21 +459,53 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   out.topology = std::move(topology->spec);
   out.topology_text = std::move(topology->text);
   const YAML::Node links = top.find("links");
+  mistakes.at(present(plant) ? plant.Mark() : agents.Mark());
   if (present(plant)) try_plant(mistakes, plant.Mark(), out, places);
   mistakes.raise();
+  mistakes.at(agents.Mark());
   try_agents(mistakes, agents.Mark(), present(links) ? links.Mark() : agents.Mark(), out, places);
   mistakes.raise();
   reader.check_criteria();
+  if (out.protocols.size() * out.runs > kMostRuns)
+    mistakes.add(present(top.find("runs")) ? top.find("runs") : agents,
+                 fmt::format("runs: found {} of each of {} protocols and swept values; allowed: {} runs in all", out.runs,
+                             out.protocols.size(), kMostRuns));
   mistakes.raise();
   out.resolved_text = resolved(out, topology->canonical);
   return out;
 }
 
+}  // namespace
+
+Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
+                            const ScriptOverrides& overrides) {
+  Mistakes mistakes(name);
+  // Whoever objects while the file is read is given the place that is being read.
+  try {
+    return read(mistakes, text, directory, overrides);
+  } catch (const PlacedError&) {
+    throw;
+  } catch (const ConfigError& error) {
+    if (std::string_view(error.what()).starts_with("--")) throw;  // of the command line
+    mistakes.add_here(error.what());
+  } catch (const RunError& error) {
+    mistakes.add_here(error.what());
+  } catch (const YAML::Exception& error) {
+    mistakes.add_here("found what the experiment cannot have here: " + error.msg);
+  } catch (const std::bad_alloc&) {
+    mistakes.add_here("found more than the memory of this machine holds; allowed: fewer agents, or fewer components");
+  }
+  mistakes.raise();
+  throw ContractViolation("a mistake that was raised");
+}
+
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file))
-    throw ConfigError(fmt::format("{}: found no readable file; allowed: an experiment file (YAML)", file.string()));
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text;
+  try {
+    text = read_input(file, kLargestExperiment);
+  } catch (const ConfigError& error) {
+    throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
+  }
   return parse_experiment(text, file.string(), file.parent_path(), overrides);
 }
 

@@ -2,6 +2,7 @@
 
 #include "agent/registry.hpp"
 #include "core/metrics.hpp"
+#include "orchestrator/memory.hpp"
 #include "orchestrator/script_numbers.hpp"
 #include "orchestrator/wording.hpp"
 #include "sim/world.hpp"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <set>
 #include <utility>
 
@@ -18,6 +20,7 @@ namespace consort::script {
 namespace {
 
 constexpr std::uint64_t kMostAgents = 100'000;
+constexpr double kFastest = 1e7;  // rounds of agents per second: no machine does more
 
 std::vector<std::string> protocol_names() {
   std::vector<std::string> names;
@@ -215,6 +218,20 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
   for (const LinkModel::Change& change : links.changes) attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
 }
 
+/// What all agents, and the reports of their rounds, take: an agent has its estimate, and each message on its way.
+void require_memory_of(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& protocol) {
+  const auto agents = static_cast<double>(experiment.agents);
+  const auto numbers = static_cast<double>(protocol.estimate_layout().size()), sent = static_cast<double>(protocol.message_layout().size());
+  require_memory(sizeof(double) * agents * (2.0 * numbers + 2.0 * sent),
+                 fmt::format("{} agents with {}, of {} numbers each and {} in a message,", experiment.agents, choice.name, numbers, sent),
+                 "fewer agents, or fewer components");
+  if (experiment.convergence || !experiment.report_every) return;  // it may end after any round; reports of its own choosing are few
+  const double rounds = std::min<double>(experiment.rounds, kFastest / agents * experiment.deadline);
+  const double reports = std::ceil(rounds / static_cast<double>(*experiment.report_every));
+  require_memory(2.0 * sizeof(double) * agents * numbers * reports, fmt::format("{:.3g} reports of {} numbers", reports, agents * numbers),
+                 "fewer rounds, or `telemetry: {every: ...}`");
+}
+
 }  // namespace
 
 void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
@@ -233,6 +250,7 @@ void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesyst
 void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment,
                 const Places& places) {
   for (const auto& choice : experiment.protocols) {
+    mistakes.at(place_of("", AgentId{1}, choice, places, agents_mark));
     const AgentMaker maker(experiment, choice, experiment.seed);
     std::optional<std::size_t> dimension;
     for (std::size_t i = 0; i < experiment.agents; ++i) {
@@ -240,6 +258,7 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
       try {
         const auto protocol = maker.make(agent);
         const std::size_t found = protocol->estimate_layout().size();
+        if (!dimension) require_memory_of(experiment, choice, *protocol);
         if (!dimension) try_links(mistakes, links_mark, experiment, experiment.links_of(choice), protocol->message_layout().noise_size);
         if (found == dimension.value_or(found)) {
           dimension = found;

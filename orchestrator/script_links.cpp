@@ -287,8 +287,10 @@ struct SweptValue {
   YAML::Node value;
 };
 
+constexpr std::size_t kLongestLabel = 64, kMostSwept = 1000;
+
 bool fits_metric(const std::string& label) {
-  return !label.empty() && std::all_of(label.begin(), label.end(), [](char c) {
+  return !label.empty() && label.size() <= kLongestLabel && std::all_of(label.begin(), label.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.';
   });
 }
@@ -298,8 +300,8 @@ std::vector<SweptValue> swept_values(Mistakes& mistakes, const YAML::Node& node,
   std::set<std::string> labels;
   const auto add = [&](const YAML::Node& place, std::string label, const YAML::Node& value) {
     if (!fits_metric(label) || !labels.insert(label).second)
-      mistakes.add(place, fmt::format("{}: found the name '{}'{}; allowed: letters, digits and '_', each name once", what, label,
-                                      fits_metric(label) ? " a second time" : ""));
+      mistakes.add(place, fmt::format("{}: found the name '{}'{}; allowed: up to {} letters, digits and '_', each name once", what,
+                                      shown(label), fits_metric(label) ? " a second time" : "", kLongestLabel));
     out.push_back({std::move(label), value});
   };
   const std::string last = key.substr(key.rfind('.') + 1);
@@ -311,9 +313,9 @@ std::vector<SweptValue> swept_values(Mistakes& mistakes, const YAML::Node& node,
   } else if (node.IsMap()) {
     for (const auto& entry : node) add(entry.first, entry.first.Scalar(), entry.second);
   }
-  if (out.size() < 2)
-    mistakes.add(node, fmt::format("{}: found {}; allowed: two values or more, as a list or as a mapping from names to values", what,
-                                   describe(node)));
+  if (out.size() < 2 || out.size() > kMostSwept)
+    mistakes.add(node, fmt::format("{}: found {}; allowed: two values or more (at most {}), as a list or as a mapping from names to values",
+                                   what, describe(node), kMostSwept));
   return out;
 }
 
@@ -348,6 +350,7 @@ void read_sweep(Mistakes& mistakes, const YAML::Node& node, const YAML::Node& li
   }
   const std::string what = "sweep." + key;
   const auto values = swept_values(mistakes, node.begin()->second, what, key);
+  if (values.size() > kMostSwept) return;
   std::vector<ProtocolChoice::Variant> variants;
   for (const SweptValue& swept : values) {
     Mistakes trial(what);

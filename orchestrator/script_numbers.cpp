@@ -1,11 +1,13 @@
 #include "orchestrator/script_numbers.hpp"
 
+#include "orchestrator/input_file.hpp"
+#include "orchestrator/memory.hpp"
 #include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 #include <utility>
 
 namespace consort::script {
@@ -20,11 +22,14 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
   const auto name = read_text(mistakes, node, what);
   if (!name) return std::nullopt;
   const std::filesystem::path file = directory / *name;
-  std::ifstream in(file);
-  if (!in) {
-    mistakes.add(node, fmt::format("{}: found '{}', which cannot be read; allowed: a file beside the experiment", what, *name));
+  std::string bytes;
+  try {
+    bytes = read_input(file);
+  } catch (const ConfigError& error) {
+    mistakes.add(node, fmt::format("{}: found '{}', which {} beside the experiment", what, shown(*name), error.what()));
     return std::nullopt;
   }
+  std::istringstream in(bytes.starts_with("\xef\xbb\xbf") ? bytes.substr(3) : bytes);  // a byte order mark
   const std::size_t before = mistakes.count();
   PerAgent::List list;
   std::string line;
@@ -36,8 +41,8 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
       const std::size_t comma = std::min(line.find(',', start), line.size());
       const std::string text = line.substr(start, comma - start);
       const std::size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
-      const auto value = first == std::string::npos ? std::nullopt : plain_number(YAML::Node(text.substr(first, last - first + 1)));
-      if (!value) mistakes.add(file.string(), number, start + 1, fmt::format("found '{}'; allowed: a finite number", text));
+      const auto value = first == std::string::npos ? std::nullopt : finite_number(text.substr(first, last - first + 1));
+      if (!value) mistakes.add(file.string(), number, start + 1, fmt::format("found '{}'; allowed: a finite number", shown(text)));
       row.push_back(value.value_or(0.0));
       start = comma + 1;
     }
@@ -45,7 +50,8 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
   }
   if (mistakes.count() != before) return std::nullopt;
   if (list.values.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {} lines in '{}'; allowed: {}, one per agent", what, list.values.size(), *name, agents));
+    mistakes.add(node,
+                 fmt::format("{}: found {} lines in '{}'; allowed: {}, one per agent", what, list.values.size(), shown(*name), agents));
     return std::nullopt;
   }
   return PerAgent{list};
@@ -76,6 +82,9 @@ std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, co
     if (found[0] == "all" || found[0] == "file")
       mistakes.add(dimension_node, fmt::format("{}: found a dimension with {}; allowed: with linspace or uniform", what, found[0]));
     dimension = read_whole(mistakes, dimension_node, section.path("dimension"), 1, kMostComponents).value_or(1);
+    mistakes.at(dimension_node.Mark());
+    require_memory(sizeof(double) * static_cast<double>(agents) * static_cast<double>(dimension),
+                   fmt::format("{}: {} components of {} agents", what, dimension, agents), "fewer");
   }
   const YAML::Node value = section.find(found[0]);
   const std::string place = section.path(found[0]);
@@ -120,7 +129,8 @@ std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& nod
 bool known(Mistakes& mistakes, const YAML::Node& key, const std::string& what, const std::vector<std::string>& names) {
   const std::string name = key.IsScalar() ? key.Scalar() : describe(key);
   if (std::find(names.begin(), names.end(), name) != names.end()) return true;
-  mistakes.add(key, fmt::format("{}: found the unknown name '{}'; allowed: {}{}", what, name, listed(names), did_you_mean(name, names)));
+  mistakes.add(key,
+               fmt::format("{}: found the unknown name '{}'; allowed: {}{}", what, shown(name), listed(names), did_you_mean(name, names)));
   return false;
 }
 

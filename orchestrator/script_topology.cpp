@@ -1,5 +1,6 @@
 #include "orchestrator/script_topology.hpp"
 
+#include "orchestrator/memory.hpp"
 #include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
@@ -63,8 +64,10 @@ std::vector<std::string> topology_names() {
 // Builds a graph; a family's own objection becomes a mistake at the node.
 template <class Make>
 std::optional<GraphRead> made(const Context& context, const YAML::Node& node, const std::string& what, std::string text,
-                              YAML::Node canonical, Make make) {
+                              YAML::Node canonical, Make make, double edges = 0.0) {
+  constexpr double kEdgeBytes = 2 * sizeof(WeightedEdge) + 2 * sizeof(Neighbour);  // while it is made
   try {
+    require_memory(kEdgeBytes * edges, fmt::format("a graph of {:.3g} edges", edges), "fewer agents or edges");
     return GraphRead{std::make_shared<const Graph>(make()), std::move(text), std::move(canonical)};
   } catch (const ConfigError& error) {
     context.mistakes.add(node, fmt::format("{}: {}", what, error.what()));
@@ -80,7 +83,10 @@ std::optional<GraphRead> read_named(const Context& context, const YAML::Node& no
                                      {"path", path},
                                      {"star", star},
                                      {"complete", complete}})
-    if (name == family) return made(context, node, what, name, YAML::Node(name), [build = make, n] { return build(n); });
+    if (name == family)
+      return made(
+          context, node, what, name, YAML::Node(name), [build = make, n] { return build(n); },
+          name == "complete" ? static_cast<double>(n) * static_cast<double>(n) : 0.0);
   const auto names = topology_names();
   if (std::find(names.begin(), names.end(), name) != names.end()) {
     const auto entry =
@@ -118,9 +124,10 @@ std::optional<GraphRead> read_erdos_renyi(const Context& context, const YAML::No
   canonical["erdos_renyi"]["p"] = number_text(probability);
   canonical["erdos_renyi"]["directed"] = directed;
   canonical["erdos_renyi"]["seed"] = seed;
-  return made(context, node, what,
-              fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(probability), directed ? ", directed" : "", seed), canonical,
-              [&] { return erdos_renyi(context.agents, probability, directed, Seed{seed}); });
+  return made(
+      context, node, what, fmt::format("erdos_renyi(p = {}{}, seed {})", number_text(probability), directed ? ", directed" : "", seed),
+      canonical, [&] { return erdos_renyi(context.agents, probability, directed, Seed{seed}); },
+      probability * static_cast<double>(context.agents) * static_cast<double>(context.agents));
 }
 
 std::optional<GraphRead> read_random_geometric(const Context& context, const YAML::Node& node, const std::string& what) {

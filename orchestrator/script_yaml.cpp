@@ -1,5 +1,6 @@
 #include "orchestrator/script_yaml.hpp"
 
+#include "core/number_text.hpp"
 #include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +11,11 @@
 #include <map>
 
 namespace consort::script {
+
+namespace {
+constexpr std::size_t kMostTold = 50;    // mistakes of a file, at once
+constexpr std::size_t kMostShown = 100;  // bytes of what stands in it
+}  // namespace
 
 void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
   add(file_, mark.is_null() ? 1 : static_cast<std::size_t>(mark.line) + 1, mark.is_null() ? 1 : static_cast<std::size_t>(mark.column) + 1,
@@ -27,11 +33,13 @@ void Mistakes::raise() const {
     return std::tuple(a.file != file_, a.file, a.line, a.column) < std::tuple(b.file != file_, b.file, b.line, b.column);
   });
   std::string text;
-  for (const auto& entry : sorted) {
+  const std::size_t told = std::min(sorted.size(), kMostTold);
+  for (const auto& entry : std::span(sorted).first(told)) {
     if (!text.empty()) text += '\n';
     text += fmt::format("{}:{}:{}: {}", entry.file, entry.line, entry.column, entry.text);
   }
-  throw ConfigError(text);
+  if (told < sorted.size()) text += fmt::format("\n... and {} more", sorted.size() - told);
+  throw PlacedError(text);
 }
 
 std::optional<std::size_t> first_byte_not_utf8(std::string_view text) {
@@ -59,7 +67,7 @@ std::string describe(const YAML::Node& node) {
   switch (node.Type()) {
     case YAML::NodeType::Scalar:
       if (node.Scalar().empty()) return "empty text";
-      return plain_number(node) || plain_switch(node) ? node.Scalar() : fmt::format("text '{}'", node.Scalar());
+      return plain_number(node) || plain_switch(node) ? shown(node.Scalar()) : fmt::format("text '{}'", shown(node.Scalar()));
     case YAML::NodeType::Sequence:
       return node.size() == 0 ? "an empty list" : fmt::format("a list of {}", node.size());
     case YAML::NodeType::Map:
@@ -67,6 +75,22 @@ std::string describe(const YAML::Node& node) {
     default:
       return "nothing";
   }
+}
+
+std::string shown(std::string_view text) {
+  const auto begins_character = [text](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0u) != 0x80u; };
+  std::size_t end = std::min(text.size(), kMostShown);
+  while (end > 0 && end < text.size() && !begins_character(end)) --end;
+  std::string out;
+  const bool utf8 = !first_byte_not_utf8(text.substr(0, end));
+  for (const char c : text.substr(0, end)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || (byte >= 0x80 && !utf8))
+      out += fmt::format("\\x{:02x}", byte);
+    else
+      out += c;
+  }
+  return end == text.size() ? out : out + fmt::format("... ({} bytes)", text.size());
 }
 
 std::string number_text(double value) {
@@ -80,22 +104,14 @@ namespace {
 // "!" is yaml-cpp's tag of a quoted scalar.
 bool plain(const YAML::Node& node) { return node.IsDefined() && node.IsScalar() && node.Tag() != "!"; }
 
-template <class Number>
-std::optional<Number> parse_all(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || text.empty()) return std::nullopt;
-  return value;
-}
-
 }  // namespace
 
-std::optional<double> plain_number(const YAML::Node& node) {
-  if (!plain(node)) return std::nullopt;
-  const auto value = parse_all<double>(node.Scalar());
+std::optional<double> finite_number(std::string_view text) {
+  const auto value = parse_number<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
+
+std::optional<double> plain_number(const YAML::Node& node) { return plain(node) ? finite_number(node.Scalar()) : std::nullopt; }
 
 std::optional<bool> plain_switch(const YAML::Node& node) {
   if (!plain(node)) return std::nullopt;
@@ -105,7 +121,7 @@ std::optional<bool> plain_switch(const YAML::Node& node) {
 }
 
 std::optional<std::uint64_t> whole_number(const YAML::Node& node) {
-  return plain(node) ? parse_all<std::uint64_t>(node.Scalar()) : std::nullopt;
+  return plain(node) ? parse_number<std::uint64_t>(node.Scalar()) : std::nullopt;
 }
 
 std::string Range::text() const {
@@ -180,6 +196,7 @@ std::optional<Matrix> read_rows(Mistakes& mistakes, const YAML::Node& node, cons
 }  // namespace
 
 std::optional<Matrix> read_matrix(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool switches) {
+  mistakes.at(node.Mark());
   if (!node.IsSequence()) {
     if (!node.IsScalar()) {
       mistakes.add(node, fmt::format("{}: found {}; allowed: a number, a list of numbers or a list of rows", what, describe(node)));
@@ -222,7 +239,7 @@ std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node,
       break;
     }
     trim();
-    value = parse_all<double>(text);
+    value = parse_number<double>(text);
   }
   if (value && *value > 0.0 && std::isfinite(*value * factor)) return *value * factor;
   mistakes.add(node, fmt::format("{}: found {}; allowed: {}", what, describe(node), allowed));
@@ -238,8 +255,8 @@ void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
     if (entry.first.IsScalar()) {
       const auto [it, fresh] = seen.emplace(entry.first.Scalar(), entry.first.Mark());
       if (!fresh)
-        mistakes.add(entry.first, fmt::format("found the key '{}' a second time (first in line {}); allowed: each key once", it->first,
-                                              it->second.line + 1));
+        mistakes.add(entry.first, fmt::format("found the key '{}' a second time (first in line {}); allowed: each key once",
+                                              shown(it->first), it->second.line + 1));
     }
     check_duplicate_keys(mistakes, entry.second);
   }
@@ -247,6 +264,7 @@ void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
 
 Section::Section(Mistakes& mistakes, const YAML::Node& node, std::string what, std::string_view schema_pointer)
     : mistakes_(mistakes), node_(node), what_(std::move(what)), is_map_(node.IsDefined() && node.IsMap()) {
+  mistakes_.at(node_.Mark());
   const auto keys = schema_keys(schema_pointer);
   const std::string name = what_.empty() ? "the experiment" : what_;
   if (!is_map_) {
@@ -256,9 +274,10 @@ Section::Section(Mistakes& mistakes, const YAML::Node& node, std::string what, s
   for (const auto& entry : node_) {
     if (!entry.first.IsScalar()) {
       mistakes_.add(entry.first, fmt::format("{}: found {} as a key; allowed: {}", name, describe(entry.first), listed(keys)));
-    } else if (std::find(keys.begin(), keys.end(), entry.first.Scalar()) == keys.end()) {
-      mistakes_.add(entry.first, fmt::format("{}: found the unknown key '{}'; allowed: {}{}", name, entry.first.Scalar(), listed(keys),
-                                             did_you_mean(entry.first.Scalar(), keys)));
+    } else if (const std::string& key = entry.first.Scalar(); std::find(keys.begin(), keys.end(), key) == keys.end()) {
+      if (what_.empty() && key.starts_with("x-")) continue;  // holds anchors for the rest of the file
+      mistakes_.add(entry.first, fmt::format("{}: found the unknown key '{}'; allowed: {}{}{}", name, shown(key), listed(keys),
+                                             what_.empty() ? ", x-... for anchors" : "", did_you_mean(key, keys)));
     }
   }
 }

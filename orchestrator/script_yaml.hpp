@@ -14,6 +14,11 @@
 
 namespace consort::script {
 
+/// A mistake that has its place in the text already.
+struct PlacedError : ConfigError {
+  using ConfigError::ConfigError;
+};
+
 /// Collects the mistakes of a file, so that the user sees all of them at once.
 class Mistakes {
  public:
@@ -24,7 +29,11 @@ class Mistakes {
   void add(const std::string& file, std::size_t line, std::size_t column, const std::string& text);
   [[nodiscard]] bool none() const { return found_.empty(); }
   [[nodiscard]] std::size_t count() const { return found_.size(); }
-  /// Throws a ConfigError with one line per mistake, in order of place. Returns if there are none.
+  /// What is read from now on stands here: the place of an objection that names none.
+  void at(const YAML::Mark& mark) { here_ = mark; }
+  /// As add, where nothing better is known.
+  void add_here(const std::string& text) { add(here_, text); }
+  /// Throws a PlacedError with one line per mistake, in order of place. Returns if there are none.
   void raise() const;
 
  private:
@@ -35,6 +44,7 @@ class Mistakes {
   };
   std::string file_;
   std::vector<Entry> found_;
+  YAML::Mark here_;
 };
 
 /// The keys the schema allows at a JSON pointer, e.g. "/definitions/agents" -> count, protocol, ... (in the order of the schema).
@@ -46,9 +56,13 @@ void check_against_schema(const YAML::Node& document, Mistakes& mistakes);
 std::optional<std::size_t> first_byte_not_utf8(std::string_view text);
 /// What a node is, for messages: "text 'abc'", "a list of 3", "a mapping", "nothing".
 std::string describe(const YAML::Node& node);
+/// Text of the user's for a message: shortened if it is long, with what a terminal cannot show written as \x1b.
+std::string shown(std::string_view text);
 /// Shortest decimal text that reads back as the same number.
 std::string number_text(double value);
 
+/// A finite number, decimal, with nothing around it.
+std::optional<double> finite_number(std::string_view text);
 /// A finite number written plainly (quoted text is not a number). Decimal only: 010 is ten.
 std::optional<double> plain_number(const YAML::Node& node);
 /// true or false written plainly.

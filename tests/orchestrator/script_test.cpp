@@ -371,6 +371,21 @@ TEST(Schema, NamesTheSameTopologiesAsTheReader) {
   EXPECT_EQ(known, listed);
 }
 
+TEST(Wording, SwappedLettersAreOneMistake) {
+  EXPECT_EQ(word_distance("ruonds", "rounds"), 1u);
+  EXPECT_EQ(word_distance("", "abc"), 3u);
+  EXPECT_EQ(word_distance("kitten", "sitting"), 3u);
+  EXPECT_EQ(word_distance("ca", "abc"), 3u) << "no character moves twice";
+}
+
+TEST(Wording, ABeginningOfAWordOrOfAPartOfItIsNear) {
+  const std::vector<std::string> protocols{"kim", "local_voting", "kalman_consensus", "unbiased_kalman_consensus"};
+  EXPECT_EQ(did_you_mean("klman", protocols), "; did you mean 'kalman_consensus'?");
+  EXPECT_EQ(did_you_mean("votign", protocols), "; did you mean 'local_voting'?");
+  EXPECT_EQ(did_you_mean("unbiased", protocols), "; did you mean 'unbiased_kalman_consensus'?");
+  EXPECT_EQ(did_you_mean("kin", protocols), "; did you mean 'kim'?");
+}
+
 TEST(Wording, SuggestsOnlyWhatIsClose) {
   const std::vector<std::string> words{"rounds", "runs", "Q"};
   EXPECT_EQ(did_you_mean("ruonds", words), "; did you mean 'rounds'?");
