@@ -1,6 +1,9 @@
 #include "idl/run_process.hpp"
 
+#include "core/build.hpp"
 #include "core/errors.hpp"
+#include "core/nearest.hpp"
+#include "core/option_text.hpp"
 #include "idl/dds_log.hpp"
 #include "idl/trust.hpp"
 
@@ -16,21 +19,34 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <mutex>
+#include <new>
 #include <optional>
 #include <sstream>
 #include <stop_token>
 #include <thread>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace consort {
 namespace {
 
 void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
+  const auto whole = [&app](const std::string& name, auto& into, std::uint64_t low, std::uint64_t high, const std::string& meaning) {
+    return app.add_option_function<std::string>(
+        name,
+        [&into, name, low, high](const std::string& text) {
+          into = static_cast<std::remove_reference_t<decltype(into)>>(whole_option(name, text, low, high));
+        },
+        meaning);
+  };
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
   if (hosts_agents) app.add_option("--ids,--id", options.ids, "agents to host: 7, 1-25 or 1,4,9-12")->required();
-  app.set_version_flag("--version", CONSORT_VERSION);
+  app.set_version_flag("--version", version_text(app.get_name()));
   app.add_option("--run", options.run, "name of the run, as `consort run` prints it")->required();
-  app.add_option("--domain", options.domain, "DDS domain of the run")->required()->check(CLI::Range(0, 230));
+  whole("--domain", options.domain, 0, 230, "DDS domain of the run")->required();
   app.add_option("--interface", options.interface, "network interface (name or address)")->capture_default_str();
   app.add_option("--discovery", options.discovery, "how processes find each other")
       ->check(CLI::IsMember({"multicast", "neighbours"}))
@@ -38,15 +54,17 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
   app.add_option("--data", options.data, "how messages travel with multicast discovery")
       ->check(CLI::IsMember({"unicast", "multicast"}))
       ->capture_default_str();
-  app.add_option("--port", options.port, "neighbours discovery: own UDP port")->check(CLI::Range(1024, 65000));
+  whole("--port", options.port, 1024, 65000, "neighbours discovery: own UDP port");
   app.add_option("--neighbour-ports", options.neighbour_ports,
                  "neighbours discovery: UDP ports on this host to announce to, comma separated");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
-  app.add_option("--first-epoch", options.first_epoch, "of who comes back: the run of the session in which it does");
-  app.add_option("--first-round", options.first_round, "and the round; what its earlier stay was told is left alone");
-  app.add_option("--transport-loss", options.transmit_loss, "share of outgoing packets to throw away, for experiments")
-      ->check(CLI::Range(0.0, 0.9));
-  app.add_option("--orchestrator-pid", options.orchestrator, "leave when this parent process dies");
+  whole("--first-epoch", options.first_epoch, 0, kMost, "of who comes back: the run of the session in which it does");
+  whole("--first-round", options.first_round, 0, kMost, "and the round; what its earlier stay was told is left alone");
+  app.add_option_function<std::string>(
+      "--transport-loss",
+      [&options](const std::string& text) { options.transmit_loss = number_option("--transport-loss", text, 0.0, 0.9); },
+      "share of outgoing packets to throw away, for experiments");
+  whole("--orchestrator-pid", options.orchestrator, 1, std::numeric_limits<pid_t>::max(), "leave when this parent process dies");
 }
 
 dds::configuration::Settings settings_of(const RunProcessOptions& options, bool hosts_agents) {
@@ -176,11 +194,20 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     die_with(options.orchestrator);
     const MakeMember make = prepare(options);
     return serve(options, program.hosts_agents, make);
+  } catch (const CLI::ExtrasError&) {
+    std::vector<std::string> known;
+    for (const CLI::Option* each : app.get_options())
+      for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
+    std::fprintf(stderr, "%s: %s\n", program.name, unknown_word("option", app.remaining().front(), known).c_str());
+    return static_cast<int>(Exit::bad_input);
   } catch (const CLI::ParseError& failure) {
     return app.exit(failure) == 0 ? 0 : static_cast<int>(Exit::bad_input);
   } catch (const ConfigError& failure) {
     std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
     return static_cast<int>(Exit::bad_input);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: out of memory\n", program.name);
+    return static_cast<int>(Exit::run_failed);
   } catch (const std::exception& failure) {
     std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
     return static_cast<int>(Exit::run_failed);

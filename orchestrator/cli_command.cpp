@@ -1,11 +1,12 @@
+#include "core/build.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
-#include "orchestrator/host.hpp"
 #include "orchestrator/terminal.hpp"
 #include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -18,7 +19,27 @@ void say(const std::string& text) {
   fmt::print(stderr, "{} {}\n", toned("consort:", Tone::bad, style), text);
 }
 
+/// "unknown option '--sed'; did you mean '--seed'?", for the first word that `app` does not know.
+std::string unexpected(const CLI::App& app) {
+  const auto words = app.remaining(true);
+  if (words.empty()) return "";
+  const bool option = words.front().starts_with("-");
+  std::vector<std::string> known;
+  for (const CLI::Option* each : app.get_options())
+    for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
+  return fmt::format("unknown {} '{}'{}", option ? "option" : "argument", words.front(), option ? did_you_mean(words.front(), known) : "");
+}
+
 }  // namespace
+
+Exit Verb::abandon(Exit exit, const std::string& error) {
+  // The option's own count: what it was to set may not have been set when parsing ended.
+  const CLI::Option* json = app_.get_option_no_throw("--json");
+  if (json == nullptr || json->count() == 0) return exit;
+  const nlohmann::ordered_json answer{{"exit", static_cast<int>(exit)}, {"error", error}};
+  fmt::print("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  return exit;
+}
 
 CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv + argc), app_("", "consort") {
   app_.formatter(std::make_shared<ManualPage>());
@@ -41,7 +62,7 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
        {"4", "timed out"},
        {"130, 143", "interrupted by SIGINT, SIGTERM"}});
   app_.set_help_flag("-h,--help", "Show this page.");
-  app_.set_version_flag("--version", fmt::format("consort {}", consort_version()), "Show the version.");
+  app_.set_version_flag("--version", version_text("consort"), "Show the version, and of what it was built.");
   app_.require_subcommand(0, 1);
   verbs_.push_back(make_run_verb(app_, words_));
   verbs_.push_back(make_validate_verb(app_));
@@ -70,9 +91,10 @@ Exit CommandLine::execute() {
 int CommandLine::answer(const CLI::ParseError& stop) {
   if (stop.get_exit_code() == 0) return app_.exit(stop);
   const auto chosen = std::find_if(verbs_.begin(), verbs_.end(), [](const auto& verb) { return verb->app().parsed(); });
-  const std::string verb = chosen == verbs_.end() ? "" : " " + (*chosen)->app().get_name();
-  say(fmt::format("{}; see `consort{} --help`", stop.what(), verb));
-  return static_cast<int>(Exit::bad_input);
+  const CLI::App& app = chosen == verbs_.end() ? app_ : (*chosen)->app();
+  const std::string unknown = unexpected(app);
+  return fail(Exit::bad_input, fmt::format("{}; see `consort{} --help`", unknown.empty() ? stop.what() : unknown,
+                                           &app == &app_ ? "" : " " + app.get_name()));
 }
 
 int CommandLine::fail(Exit exit, const std::string& error) {

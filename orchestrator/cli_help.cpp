@@ -1,10 +1,13 @@
 #include "orchestrator/cli_help.hpp"
 
 #include "orchestrator/terminal.hpp"
+#include "orchestrator/wording.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <sstream>
+#include <utility>
 
 namespace consort {
 namespace {
@@ -78,6 +81,13 @@ void document(CLI::App& app, const std::string& description, const std::vector<E
   footer += "\nEXIT CODES\n";
   for (const auto& [code, meaning] : exit_codes) footer += entry(code, meaning);
   app.footer(footer);
+}
+
+std::function<std::string(const std::string&)> one_of(std::vector<std::string> words) {
+  return [words = std::move(words)](const std::string& word) {
+    if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
+    return fmt::format("found '{}'; allowed: {}{}", word, listed(words), did_you_mean(word, words));
+  };
 }
 
 }  // namespace consort

@@ -5,6 +5,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,5 +21,8 @@ class ManualPage : public CLI::Formatter {
 using Example = std::pair<std::string, std::string>;
 /// Sets description (paragraphs), examples and exit codes of a verb.
 void document(CLI::App& app, const std::string& description, const std::vector<Example>& examples, const std::vector<Example>& exit_codes);
+
+/// A check of an option that takes one of a few words; the refusal names them, and the nearest.
+std::function<std::string(const std::string&)> one_of(std::vector<std::string> words);
 
 }  // namespace consort

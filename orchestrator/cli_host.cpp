@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,26 +14,47 @@
 namespace consort {
 namespace {
 
+std::string dumped(const nlohmann::ordered_json& json) { return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace); }
+
 class DoctorVerb : public Verb {
  public:
   explicit DoctorVerb(CLI::App& parent) : Verb(*parent.add_subcommand("doctor", "")) {
     document(
         app_,
         "check whether this host can run a thousand agents\n"
-        "Sends a multicast datagram over the loopback interface, asks the kernel for the receive buffer that discovery of many processes "
+        "Looks whether the interface of a run and the DDS configuration in CYCLONEDDS_URI serve it, sends a multicast datagram over the "
+        "loopback interface, asks the kernel for the receive buffer that discovery of many processes "
         "fills, "
         "compares the limits on threads, processes, open files and ports with what 1000 agent processes need, and looks for agents whose "
         "orchestrator is gone. Each check that fails is followed by the command that mends it.",
         {{"consort doctor", "All checks."},
+         {"consort doctor --interface eth0 --json", "The same for runs with agents on other hosts, for a script."},
          {"consort doctor && consort run experiments/complete_100.yaml", "Run only on a host that is fit."}},
         {{"0", "all is well"}, {"3", "a check failed"}});
+    app_.add_option("--interface", interface_, "The network interface (name or address) that a run is to use. Default: lo.")
+        ->type_name("NAME");
+    app_.add_flag("--json", json_, "Print the checks as JSON.");
   }
 
   Exit execute() override {
-    const auto checks = examine_host();
-    fmt::print("{}", render(checks, style_of(STDOUT_FILENO)));
-    return std::all_of(checks.begin(), checks.end(), [](const auto& check) { return check.well; }) ? Exit::ok : Exit::run_failed;
+    const auto checks = examine_host(interface_);
+    const bool well = std::all_of(checks.begin(), checks.end(), [](const auto& check) { return check.well; });
+    fmt::print("{}", json_ ? as_json(checks, well) : render(checks, style_of(STDOUT_FILENO)));
+    return well ? Exit::ok : Exit::run_failed;
   }
+
+ private:
+  static std::string as_json(const std::vector<DoctorCheck>& checks, bool well) {
+    nlohmann::ordered_json json{{"well", well}, {"checks", nlohmann::ordered_json::array()}};
+    for (const DoctorCheck& check : checks) {
+      nlohmann::ordered_json one{{"name", check.name}, {"well", check.well}, {"found", check.found}};
+      if (!check.well) one["remedy"] = check.remedy;
+      json["checks"].push_back(one);
+    }
+    return dumped(json) + "\n";
+  }
+
+  std::string interface_ = "lo";
 };
 
 class ExportVerb : public Verb {
@@ -45,22 +67,31 @@ class ExportVerb : public Verb {
              "numbers read back exactly, an empty field is a value that is not there. The record of a run that crashed is exported up to "
              "its last "
              "commit. `sqlite3 DIR/record.sqlite .schema` explains every column.",
-             {{"consort export results/meet_for_dinner-20250131-194500 --csv",
+             {{"consort export results/meet_for_dinner-20250131-194500",
                "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
              {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
     app_.add_option("folder", folder_, "The output folder of a run.")->required()->type_name("DIR");
-    app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180), the only format there is.")->required();
+    app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180): the only format there is, and the default.");
+    app_.add_flag("--json", json_, "Print which files were written, and their rows, as JSON.");
   }
 
   Exit execute() override {
-    for (const ExportedTable& table : export_csv(folder_))
+    const auto tables = export_csv(folder_);
+    if (json_) {
+      nlohmann::ordered_json json{{"files", nlohmann::ordered_json::array()}};
+      for (const ExportedTable& table : tables)
+        json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
+      fmt::print("{}\n", dumped(json));
+      return Exit::ok;
+    }
+    for (const ExportedTable& table : tables)
       fmt::print("{}  {} row{}\n", table.file.string(), grouped(table.rows), table.rows == 1 ? "" : "s");
     return Exit::ok;
   }
 
  private:
   std::filesystem::path folder_;
-  bool csv_ = false;
+  bool csv_ = true;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
@@ -57,6 +58,39 @@ void list_metrics(const TextStyle& style) {
     fmt::print("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
 }
 
+nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
+  auto out = nlohmann::ordered_json::array();
+  for (const ValueDoc& doc : docs) {
+    out.push_back({{"name", doc.name}, {"meaning", doc.meaning}, {"shape", doc.shape}, {"required", doc.fallback.empty()}});
+    if (!doc.fallback.empty()) out.back()["default"] = doc.fallback;
+  }
+  return out;
+}
+
+nlohmann::ordered_json as_json(const std::string& what) {
+  auto out = nlohmann::ordered_json::array();
+  if (what == "protocols")
+    for (const ProtocolEntry& entry : protocol_table())
+      out.push_back({{"name", entry.name},
+                     {"summary", entry.summary},
+                     {"source", entry.source},
+                     {"assumes", entry.assumptions},
+                     {"parameters", as_json(entry.parameters)},
+                     {"initial", as_json(entry.initial)}});
+  if (what == "plants")
+    for (const PlantEntry& entry : plant_table())
+      out.push_back({{"name", entry.name},
+                     {"summary", entry.summary},
+                     {"parameters", as_json(entry.parameters)},
+                     {"initial", as_json(entry.initial)}});
+  if (what == "topologies")
+    for (const TopologyEntry& entry : topology_table())
+      out.push_back({{"name", entry.name}, {"summary", entry.summary}, {"form", entry.form}});
+  if (what == "metrics")
+    for (const MetricEntry& entry : metric_table()) out.push_back({{"name", entry.name}, {"summary", entry.summary}});
+  return out;
+}
+
 class ListVerb : public Verb {
  public:
   explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
@@ -71,12 +105,15 @@ class ListVerb : public Verb {
     app_.add_option("what", what_, "What to list.")
         ->required()
         ->type_name("protocols|plants|topologies|metrics")
-        ->check(CLI::IsMember({"protocols", "plants", "topologies", "metrics"}));
+        ->check(one_of({"protocols", "plants", "topologies", "metrics"}));
+    app_.add_flag("--json", json_, "Print the list as JSON.");
   }
 
   Exit execute() override {
     const TextStyle style = style_of(STDOUT_FILENO);
-    if (what_ == "protocols")
+    if (json_)
+      fmt::print("{}\n", as_json(what_).dump(2));
+    else if (what_ == "protocols")
       list_protocols(style);
     else if (what_ == "plants")
       list_plants(style);

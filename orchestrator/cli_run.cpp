@@ -1,6 +1,8 @@
 #include "agent/registry.hpp"
+#include "core/option_text.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
+#include "orchestrator/dds_configuration.hpp"
 #include "orchestrator/findings.hpp"
 #include "orchestrator/host.hpp"
 #include "orchestrator/progress.hpp"
@@ -18,6 +20,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 namespace consort {
@@ -141,7 +144,7 @@ class RunVerb : public Verb {
   ScriptOverrides overrides_;
   std::optional<int> domain_;
   std::vector<std::uint32_t> external_;
-  bool json_ = false, quiet_ = false, force_ = false;
+  bool quiet_ = false, force_ = false;
 
   Experiment experiment_;
   std::filesystem::path output_;
@@ -175,24 +178,28 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
                   "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the "
                   "wall clock, a round every dt. Default: the file's.")
       ->type_name("MODE")
-      ->check(CLI::IsMember({"simulate", "lockstep", "realtime"}));
-  app_.add_option("--seed", overrides_.seed, "Seed of every random draw. Default: the file's.")->type_name("N");
-  app_.add_option("--rounds", overrides_.rounds, "Most rounds to run. Default: the file's.")->type_name("N");
-  app_.add_option("--runs", overrides_.runs,
-                  "Repetitions with the seeds N, N+1, ...; a metric is then the mean over the runs that have it, <metric>.std their "
-                  "deviation, <metric>.share their share. Default: the file's.")
-      ->type_name("N");
-  app_.add_option("--agents-per-process", overrides_.agents_per_process,
-                  "How many agents share a process; never changes a result. Default: the file's.")
-      ->type_name("K");
+      ->check(one_of({"simulate", "lockstep", "realtime"}));
+  const auto whole = [this](const std::string& name, auto& into, std::uint64_t low, std::uint64_t high, const std::string& meaning) {
+    app_.add_option_function<std::string>(
+            name, [&into, name, low, high](const std::string& text) { into = whole_option(name, text, low, high); }, meaning)
+        ->type_name("N");
+  };
+  constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
+  whole("--seed", overrides_.seed, 0, kAny, "Seed of every random draw. Default: the file's.");
+  whole("--rounds", overrides_.rounds, 1, std::numeric_limits<Round>::max(), "Most rounds to run. Default: the file's.");
+  whole("--runs", overrides_.runs, 1, kAny,
+        "Repetitions with the seeds N, N+1, ...; a metric is then the mean over the runs that have it, <metric>.std their "
+        "deviation, <metric>.share their share. Default: the file's.");
+  whole("--agents-per-process", overrides_.agents_per_process, 1, kAny,
+        "How many agents share a process; never changes a result. Default: the file's.");
   app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")
       ->type_name("DIR");
-  app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table.");
-  app_.add_flag("--quiet", quiet_, "Nothing on standard error but mistakes and failures.");
+  app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table; where nothing was run, why.");
+  app_.add_flag("--quiet", quiet_, "No table, and nothing on standard error but mistakes and failures.");
   app_.add_flag("--force", force_, "Run also what theory refuses: estimators that cannot see what they are to estimate, for example.");
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
-  app_.add_option("--domain", domain_, "DDS domain, 0 to 230. Default: derived from the name.")->type_name("D")->check(CLI::Range(0, 230));
+  whole("--domain", domain_, 0, 230, "DDS domain, 0 to 230. Default: derived from the name.");
   app_.add_option("--interface", interface_,
                   "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
       ->type_name("NAME");
@@ -220,6 +227,11 @@ void RunVerb::check_options() const {
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
+  if (experiment_.mode != Mode::simulate) {
+    if (const std::string refusal = interface_refusal(interface_); !refusal.empty()) throw ConfigError("--interface: " + refusal);
+    if (const auto faults = configuration_faults(configuration_of_environment()); !faults.refusals.empty())
+      throw ConfigError("CYCLONEDDS_URI: " + faults.refusals.front());
+  }
   for (const std::uint32_t id : external_) {
     if (id == 0 && !experiment_.plant)
       throw ConfigError("--external: found 0, the plant; allowed: agents only, the experiment has no plant");
@@ -300,7 +312,7 @@ Exit RunVerb::execute() {
 }
 
 Exit RunVerb::abandon(Exit exit, const std::string& error) {
-  if (!scribe_) return exit;
+  if (!scribe_) return Verb::abandon(exit, error);
   // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
   if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
   scribe_->abandon();
@@ -311,7 +323,7 @@ Exit RunVerb::abandon(Exit exit, const std::string& error) {
 void RunVerb::conclude(const Summary& summary) const {
   const std::string json = to_json(summary);
   write_file(output_ / "summary.json", json);
-  fmt::print("{}", json_ ? json : render(summary, style_of(STDOUT_FILENO)));
+  if (json_ || !quiet_) fmt::print("{}", json_ ? json : render(summary, style_of(STDOUT_FILENO)));
   std::fflush(stdout);
 }
 

@@ -70,7 +70,8 @@ class ValidateVerb : public Verb {
   }
 
   Exit abandon(Exit exit, const std::string& error) override {
-    if (json_)
+    const CLI::Option& json = *app_.get_option("--json");
+    if (json.count() > 0)
       fmt::print("{}\n",
                  nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return exit;
@@ -78,7 +79,6 @@ class ValidateVerb : public Verb {
 
  private:
   std::filesystem::path file_;
-  bool json_ = false;
 };
 
 }  // namespace

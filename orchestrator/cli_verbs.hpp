@@ -20,10 +20,12 @@ class Verb {
   [[nodiscard]] const CLI::App& app() const { return app_; }
   virtual Exit execute() = 0;
   /// An exception ended execute(): leaves what is known on disk and on the terminal, and says with which code to end.
-  virtual Exit abandon(Exit exit, const std::string& /*error*/) { return exit; }
+  /// Where --json was asked for, it is answered: {"exit": ..., "error": ...}.
+  virtual Exit abandon(Exit exit, const std::string& error);
 
  protected:
   CLI::App& app_;
+  bool json_ = false;
 };
 
 std::unique_ptr<Verb> make_run_verb(CLI::App& parent, std::vector<std::string> command_line);

@@ -1,5 +1,10 @@
 #include "orchestrator/doctor.hpp"
 
+#include "idl/dds_log.hpp"
+#include "orchestrator/dds_configuration.hpp"
+
+#include <dds/dds.hpp>
+
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <net/if.h>
@@ -11,6 +16,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -181,8 +187,59 @@ std::vector<DoctorCheck> judge(const HostLimits& limits) {
   return checks;
 }
 
-DoctorCheck check_loopback_multicast() {
-  DoctorCheck check{"loopback multicast", false, "", "sudo ip link set dev lo up"};
+std::vector<DoctorCheck> judge(const std::string& interface, const std::vector<NetworkInterface>& there) {
+  std::vector<DoctorCheck> checks;
+  const NetworkInterface* lo = find_interface("lo", there);
+  const bool up = lo != nullptr && lo->up;
+  const bool addressed = lo != nullptr && std::find(lo->addresses.begin(), lo->addresses.end(), "127.0.0.1") != lo->addresses.end();
+  checks.push_back({"loopback interface", up && addressed,
+                    up && addressed ? "lo is up and has the address 127.0.0.1"
+                    : !up           ? "lo is not up: no process of this host reaches another"
+                                    : "lo has no address 127.0.0.1: no process of this host reaches another",
+                    up && addressed ? ""
+                    : !up           ? "sudo ip link set dev lo up"
+                                    : "sudo ip address add 127.0.0.1/8 dev lo"});
+  if (interface == "lo") return checks;
+  const std::string refusal = interface_refusal(interface, there);
+  const NetworkInterface* found = find_interface(interface, there);
+  checks.push_back({"interface", refusal.empty(), refusal.empty() ? fmt::format("{} is up and has an IPv4 address", interface) : refusal,
+                    refusal.empty()                 ? ""
+                    : found == nullptr || found->up ? "ip -brief address"
+                                                    : fmt::format("sudo ip link set dev {} up", found->name)});
+  return checks;
+}
+
+DoctorCheck judge_configuration(const std::string& uri, const std::vector<NetworkInterface>& there) {
+  DoctorCheck check{"CYCLONEDDS_URI", true, "not set: nothing overrides the DDS configuration of a run", ""};
+  if (uri.empty()) return check;
+  const ConfigurationFaults faults = configuration_faults(uri, there);
+  check.well = faults.refusals.empty() && !faults.no_multicast;
+  check.remedy = check.well ? "" : "unset CYCLONEDDS_URI";
+  check.found = check.well ? "set, and leaves a run what it needs" : "";
+  for (const std::string& refusal : faults.refusals) check.found += (check.found.empty() ? "" : "; ") + refusal;
+  if (faults.no_multicast)
+    check.found += std::string(check.found.empty() ? "" : "; ") + "turns multicast off: processes that find each other by it never will";
+  return check;
+}
+
+DoctorCheck check_dds(const std::string& interface) {
+  DoctorCheck check{"DDS", true, "a domain opens with the configuration of a run", ""};
+  wire::DdsLog& log = wire::DdsLog::of_this_process();
+  dds::configuration::Settings settings;
+  settings.interface = interface;
+  try {
+    const dds::domain::Domain domain(0, dds::domain::with_user_configuration(dds::configuration::xml(settings)));
+    const dds::domain::DomainParticipant participant(domain);
+  } catch (const dds::core::Exception& failure) {
+    check = {"DDS", false, failure.what(), std::getenv("CYCLONEDDS_URI") == nullptr ? "ip -brief address" : "unset CYCLONEDDS_URI"};
+    for (const std::string& reason : log.take_reasons()) check.found += "; " + reason;
+  }
+  return check;
+}
+
+DoctorCheck check_multicast(const std::string& interface_name) {
+  const std::string remedy = fmt::format("sudo ip link set dev {} up", interface_name);
+  DoctorCheck check{interface_name == "lo" ? "loopback multicast" : "multicast", false, "", remedy};
   const auto failed = [&check](const char* doing) {
     check.found = fmt::format("{}: {}", doing, std::strerror(errno));
     return check;
@@ -198,23 +255,24 @@ DoctorCheck check_loopback_multicast() {
     return failed("binding a port");
   ip_mreqn membership{};
   membership.imr_multiaddr = group.sin_addr;
-  membership.imr_ifindex = static_cast<int>(::if_nametoindex("lo"));
-  if (membership.imr_ifindex == 0) return failed("no interface lo");
+  membership.imr_ifindex = static_cast<int>(::if_nametoindex(interface_name.c_str()));
+  if (membership.imr_ifindex == 0) return failed("no such interface");
   if (::setsockopt(receiver.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
-    return failed("joining the group on lo");
+    return failed("joining the multicast group");
   if (::setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_IF, &membership, sizeof membership) != 0)
-    return failed("choosing lo for sending");
+    return failed("choosing the interface for sending");
   const std::string sent = fmt::format("consort doctor {}", ::getpid());
   if (::sendto(sender.get(), sent.data(), sent.size(), 0, reinterpret_cast<const sockaddr*>(&group), sizeof group) < 0)
-    return failed("sending to 239.255.0.1 over lo");
+    return failed("sending to 239.255.0.1");
   pollfd ready{receiver.get(), POLLIN, 0};
   std::string received(sent.size() + 1, '\0');
   if (::poll(&ready, 1, kPatienceMilliseconds) == 1)
     received.resize(static_cast<std::size_t>(std::max<ssize_t>(0, ::recv(receiver.get(), received.data(), received.size(), 0))));
   check.well = received == sent;
-  check.found =
-      check.well ? "a datagram to 239.255.0.1 came back over lo" : "a datagram to 239.255.0.1 over lo did not come back: a packet filter?";
-  check.remedy = check.well ? "" : "sudo iptables -I INPUT -i lo -j ACCEPT && sudo iptables -I OUTPUT -o lo -j ACCEPT";
+  check.found = check.well ? fmt::format("a datagram to 239.255.0.1 came back over {}", interface_name)
+                           : fmt::format("a datagram to 239.255.0.1 over {} did not come back: a packet filter?", interface_name);
+  check.remedy =
+      check.well ? "" : fmt::format("sudo iptables -I INPUT -i {0} -j ACCEPT && sudo iptables -I OUTPUT -o {0} -j ACCEPT", interface_name);
   return check;
 }
 
@@ -235,8 +293,15 @@ std::vector<Leftover> leftover_processes() {
   return leftovers;
 }
 
-std::vector<DoctorCheck> examine_host() {
-  std::vector<DoctorCheck> checks{check_loopback_multicast()};
+std::vector<DoctorCheck> examine_host(const std::string& interface) {
+  const auto there = network_interfaces();
+  const NetworkInterface* found = find_interface(interface, there);
+  std::vector<DoctorCheck> checks = judge(interface, there);
+  checks.push_back(judge_configuration(configuration_of_environment(), there));
+  if (std::all_of(checks.begin(), checks.end(), [](const DoctorCheck& check) { return check.well; }))
+    checks.push_back(check_dds(interface));
+  checks.push_back(check_multicast());
+  if (found != nullptr && found->name != "lo") checks.push_back(check_multicast(found->name));
   for (auto& check : judge(read_limits())) checks.push_back(std::move(check));
   checks.push_back(check_leftovers());
   return checks;

@@ -1,6 +1,7 @@
 #pragma once
 /// Is this host fit for runs of up to a thousand agent processes? Each check says what it found and the exact command that mends it.
 
+#include "orchestrator/interfaces.hpp"
 #include "orchestrator/terminal.hpp"
 
 #include <sys/types.h>
@@ -34,7 +35,12 @@ struct HostLimits {
 HostLimits read_limits();
 std::vector<DoctorCheck> judge(const HostLimits& limits);  ///< pure
 
-DoctorCheck check_loopback_multicast();  ///< sends a datagram to 239.255.0.1 over lo and waits for it
+/// What this host has of `interface` (a name or an address), and its `lo`; pure.
+std::vector<DoctorCheck> judge(const std::string& interface, const std::vector<NetworkInterface>& there);
+/// What `uri` (as CYCLONEDDS_URI has it) keeps a run from; pure, but for the files it names.
+DoctorCheck judge_configuration(const std::string& uri, const std::vector<NetworkInterface>& there);
+DoctorCheck check_dds(const std::string& interface);                    ///< opens a domain as a run does
+DoctorCheck check_multicast(const std::string& interface_name = "lo");  ///< sends a datagram to 239.255.0.1 and waits for it
 
 struct Leftover {
   pid_t pid = 0;
@@ -43,7 +49,7 @@ struct Leftover {
 /// Agents and plants whose orchestrator is gone, ascending by pid.
 std::vector<Leftover> leftover_processes();
 
-std::vector<DoctorCheck> examine_host();  ///< all of the above
+std::vector<DoctorCheck> examine_host(const std::string& interface = "lo");  ///< all of the above, for runs over `interface`
 std::string render(const std::vector<DoctorCheck>& checks, const TextStyle& style);
 
 }  // namespace consort

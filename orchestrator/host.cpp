@@ -1,19 +1,17 @@
 #include "orchestrator/host.hpp"
 
+#include "core/build.hpp"
+
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
-#include <Eigen/Core>
-
 #include <ctime>
 #include <thread>
 
 namespace consort {
-
-std::string_view consort_version() { return CONSORT_VERSION; }
 
 nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vector<std::string>& command_line) {
   utsname system{};
@@ -22,11 +20,9 @@ nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vecto
   facts["began"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
   facts["seed"] = experiment.seed.value;
   facts["command_line"] = command_line;
-  facts["versions"] = {{"consort", CONSORT_VERSION},
-                       {"cyclonedds", CONSORT_CYCLONE_VERSION},
-                       {"eigen", fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION)},
-                       {"sqlite", sqlite3_libversion()},
-                       {"compiler", __VERSION__}};
+  facts["versions"] = {{"consort", kBuild.version},    {"commit", kBuild.commit}, {"build", kBuild.type},
+                       {"cyclonedds", kBuild.cyclone}, {"eigen", kBuild.eigen},   {"sqlite", sqlite3_libversion()},
+                       {"compiler", kBuild.compiler}};
   facts["kernel"] = fmt::format("{} {} {}", system.sysname, system.release, system.machine);
   facts["host"] = system.nodename;
   facts["cores"] = std::thread::hardware_concurrency();

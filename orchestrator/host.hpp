@@ -10,8 +10,7 @@
 
 namespace consort {
 
-std::string_view consort_version();
-/// seed, versions (Consort, Cyclone DDS, Eigen, SQLite, compiler, kernel), cores, memory, command line.
+/// seed, versions (Consort and its commit, Cyclone DDS, Eigen, SQLite, compiler, kernel), cores, memory, command line.
 nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vector<std::string>& command_line);
 
 }  // namespace consort

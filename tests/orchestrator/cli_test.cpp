@@ -204,20 +204,25 @@ TEST_F(Cli, BadInputExitsTwoAndLeavesNothing) {
     std::vector<std::string> arguments;
     std::string expected;
   };
-  const std::vector<Case> cases{{{"run", "bad.yaml"}, "local_voting"},
-                                {{"run", "bad.yaml"}, "bad.yaml:4:"},
-                                {{"run", "absent.yaml"}, "absent.yaml"},
-                                {{"run"}, "file is required"},
-                                {{"run", "ring.yaml", "--mode", "fast"}, "simulate"},
-                                {{"run", "ring.yaml", "--rounds", "0"}, "--rounds"},
-                                {{"run", "ring.yaml", "--domain", "300"}, "230"},
-                                {{"run", "ring.yaml", "--external", "2"}, "lockstep"},
-                                {{"run", "ring.yaml", "--mode", "lockstep", "--external", "7"}, "1 to 5"},
-                                {{"runn", "ring.yaml"}, "did you mean 'run'?"},
-                                {{"list", "colours"}, "topologies"},
-                                {{"export", "."}, "--csv"},
-                                {{"export", ".", "--csv"}, "record.sqlite"},
-                                {{"validate", "bad.yaml"}, "local_voting"}};
+  const std::vector<Case> cases{
+      {{"run", "bad.yaml"}, "local_voting"},
+      {{"run", "bad.yaml"}, "bad.yaml:4:"},
+      {{"run", "absent.yaml"}, "absent.yaml"},
+      {{"run"}, "file is required"},
+      {{"run", "ring.yaml", "--mode", "fast"}, "simulate"},
+      {{"run", "ring.yaml", "--rounds", "0"}, "--rounds"},
+      {{"run", "ring.yaml", "--domain", "300"}, "230"},
+      {{"run", "ring.yaml", "--external", "2"}, "lockstep"},
+      {{"run", "ring.yaml", "--mode", "lockstep", "--external", "7"}, "1 to 5"},
+      {{"runn", "ring.yaml"}, "did you mean 'run'?"},
+      {{"list", "colours"}, "topologies"},
+      {{"run", "ring.yaml", "--sed", "3"}, "unknown option '--sed'; did you mean '--seed'?"},
+      {{"run", "ring.yaml", "--mode", "simulat"}, "did you mean 'simulate'?"},
+      {{"run", "ring.yaml", "--mode", "lockstep", "--interface", "nix0"}, "'nix0', which this host does not have; allowed: "},
+      {{"list", "protocls"}, "did you mean 'protocols'?"},
+      {{"export", "."}, "record.sqlite"},
+      {{"run", "/dev/zero"}, "/dev/zero: is a device"},
+      {{"validate", "bad.yaml"}, "local_voting"}};
   for (const auto& [arguments, expected] : cases) {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const Answer answer = consort(arguments);
@@ -227,6 +232,77 @@ TEST_F(Cli, BadInputExitsTwoAndLeavesNothing) {
     EXPECT_TRUE(answer.err.starts_with("consort: ")) << answer.err;
   }
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "results"));
+}
+
+TEST_F(Cli, NumbersOfOptionsAreWhatTheySayOrRefused) {
+  write_ring();
+  for (const std::string option : {"--seed", "--rounds", "--runs", "--agents-per-process", "--domain"}) {
+    for (const std::string number : {"-1", "18446744073709551616", "3x", "0x3", "1e3", "nan"}) {
+      const Answer answer = consort({"run", "ring.yaml", option + "=" + number});
+      EXPECT_EQ(answer.code, 2) << option << " " << number;
+      expect_contains(answer.err, option + ": found '" + number + "'; allowed: a whole number from ");
+    }
+  }
+  EXPECT_EQ(consort({"run", "ring.yaml", "--seed", "-1"}).code, 2);
+  const Answer ten = consort({"run", "ring.yaml", "--seed", "010", "--rounds", "5", "--json"});
+  EXPECT_EQ(nlohmann::json::parse(ten.out)["seed"], 10);
+}
+
+TEST_F(Cli, EveryVerbAnswersInJson) {
+  EXPECT_GE(nlohmann::json::parse(consort({"list", "protocols", "--json"}).out).size(), 10u);
+  EXPECT_TRUE(nlohmann::json::parse(consort({"list", "plants", "--json"}).out)[0].contains("parameters"));
+  EXPECT_TRUE(nlohmann::json::parse(consort({"list", "topologies", "--json"}).out)[0].contains("form"));
+  EXPECT_TRUE(nlohmann::json::parse(consort({"list", "metrics", "--json"}).out)[0].contains("summary"));
+  const auto doctor = nlohmann::json::parse(consort({"doctor", "--json", "--interface", "nix0"}).out);
+  EXPECT_EQ(doctor["well"], false);
+  EXPECT_TRUE(std::any_of(doctor["checks"].begin(), doctor["checks"].end(),
+                          [](const auto& check) { return check["name"] == "interface" && check["remedy"] == "ip -brief address"; }));
+  write_ring();
+  EXPECT_EQ(consort({"run", "ring.yaml", "--output", "out", "--quiet"}).out, "");
+  const auto files = nlohmann::json::parse(consort({"export", "out", "--json"}).out)["files"];
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / files[0]["file"].get<std::string>()));
+}
+
+TEST_F(Cli, ARefusalIsJsonWhereJsonIsAskedFor) {
+  write_ring("rouns: 3\n");
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"run", "ring.yaml", "--json"},
+                                                    {"run", "--json", "ring.yaml", "--seed", "-1"},
+                                                    {"run", "--json", "ring.yaml", "--sed", "1"},
+                                                    {"list", "protocls", "--json"},
+                                                    {"export", "nowhere", "--json"},
+                                                    {"run", "--json"}}) {
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    const Answer answer = consort(arguments);
+    EXPECT_EQ(answer.code, 2);
+    const auto json = nlohmann::json::parse(answer.out);
+    EXPECT_EQ(json["exit"], 2);
+    expect_contains(answer.err, json["error"].get<std::string>());
+  }
+}
+
+TEST_F(Cli, TheThreeProgramsTellTheirVersionAlike) {
+  std::vector<std::string> told;
+  for (const std::string program : {"consort", "consort-agent", "consort-plant"}) {
+    const std::string file = (streams_.path() / program).string();
+    ASSERT_EQ(std::system((std::string(kBinDir) + "/" + program + " --version >" + file).c_str()), 0);
+    const std::string text = text_of(file);
+    EXPECT_TRUE(text.starts_with(program + " ")) << text;
+    told.push_back(text.substr(program.size()));
+  }
+  EXPECT_EQ(told[0], told[1]);
+  EXPECT_EQ(told[0], told[2]);
+  for (const char* part : {"commit ", "Cyclone DDS 0.", "Eigen 3."}) expect_contains(told[0], part);
+}
+
+TEST_F(Cli, MemoryThatCannotBeHadIsSaidAndExitsTwo) {
+  write("huge.yaml",
+        "experiment: huge\nmode: simulate\nagents: {count: 100000, protocol: local_voting, initial: {x: 1}}\ntopology: complete\n");
+  const Answer answer = consort({"run", "huge.yaml"}, [] {
+    const rlimit some{rlim_t{8} << 30, rlim_t{8} << 30};
+    ::setrlimit(RLIMIT_AS, &some);
+  });
+  EXPECT_EQ(answer.code, 2);
+  expect_contains(answer.err, "huge.yaml:4:11: topology: a graph of 1e+10 edges would take ");
 }
 
 TEST_F(Cli, OutputFolderIsNeverOverwritten) {

@@ -82,8 +82,56 @@ TEST(Doctor, ReadsTheLimitsThatHold) {
   EXPECT_GT(limits.last_port, limits.first_port);
 }
 
+const std::vector<NetworkInterface> kTwo{{"lo", true, {"127.0.0.1"}}, {"eth0", true, {"10.0.0.1"}}, {"eth1", false, {"10.0.1.1"}}};
+
+/// "check: remedy" of what is not well.
+std::vector<std::string> ailing(const std::vector<DoctorCheck>& checks) {
+  std::vector<std::string> out;
+  for (const auto& check : checks)
+    if (!check.well) out.push_back(check.name + ": " + check.remedy);
+  return out;
+}
+using Ailing = std::vector<std::string>;
+
+TEST(Doctor, TheInterfaceOfARunIsThereAndUp) {
+  EXPECT_EQ(ailing(judge("lo", kTwo)), Ailing{});
+  EXPECT_EQ(ailing(judge("eth0", kTwo)), Ailing{});
+  EXPECT_EQ(ailing(judge("10.0.0.1", kTwo)), Ailing{});
+  EXPECT_EQ(ailing(judge("eth1", kTwo)), Ailing{"interface: sudo ip link set dev eth1 up"});
+  EXPECT_EQ(ailing(judge("eht0", kTwo)), Ailing{"interface: ip -brief address"});
+  EXPECT_EQ(judge("eht0", kTwo).back().found,
+            "found 'eht0', which this host does not have; allowed: lo (127.0.0.1), eth0 (10.0.0.1), eth1 (10.0.1.1, down); did you mean "
+            "'eth0'?");
+}
+
+TEST(Doctor, LoopbackIsUpAndHasItsAddress) {
+  EXPECT_EQ(ailing(judge("lo", {{"lo", true, {}}})), Ailing{"loopback interface: sudo ip address add 127.0.0.1/8 dev lo"});
+  EXPECT_EQ(ailing(judge("lo", {{"lo", false, {"127.0.0.1"}}})), Ailing{"loopback interface: sudo ip link set dev lo up"});
+  EXPECT_EQ(ailing(judge("lo", {})), Ailing{"loopback interface: sudo ip link set dev lo up"});
+}
+
+TEST(Doctor, TheUsersDdsConfigurationIsRead) {
+  const auto found = [](const std::string& uri) {
+    const DoctorCheck check = judge_configuration(uri, kTwo);
+    EXPECT_EQ(check.remedy, check.well ? "" : "unset CYCLONEDDS_URI");
+    return check.well ? "" : check.found;
+  };
+  const std::string none = "turns multicast off: processes that find each other by it never will";
+  EXPECT_EQ(found(""), "");
+  EXPECT_EQ(found("<Discovery><LeaseDuration>1s</LeaseDuration></Discovery>"), "");
+  EXPECT_EQ(found("<General><AllowMulticast>spdp</AllowMulticast></General>"), "");
+  EXPECT_EQ(found("<General><AllowMulticast> false </AllowMulticast></General>"), none);
+  EXPECT_EQ(found("<!-- <AllowMulticast>false</AllowMulticast> -->"), "");
+  EXPECT_EQ(found("<Discovery/>,<Interfaces><NetworkInterface name='lo' multicast='false'/></Interfaces>"), none);
+  EXPECT_EQ(found("<Interfaces><NetworkInterface name=\"eth0\"/></Interfaces>"), "");
+  EXPECT_EQ(found("<Interfaces><NetworkInterface name=\"nix0\"/></Interfaces>").find("found 'nix0', which this host does not have"), 0u);
+  EXPECT_EQ(found("<NetworkInterfaceAddress>10.9.9.9</NetworkInterfaceAddress>").find("found '10.9.9.9'"), 0u);
+  EXPECT_EQ(found("<Discovery/>,file:///nowhere/c.xml").find("found '/nowhere/c.xml', which cannot be read (No such file"), 0u);
+  EXPECT_EQ(found("/dev/zero").find("found '/dev/zero', which is a device"), 0u);
+}
+
 TEST(Doctor, MulticastOverLoopbackReallyTravels) {
-  const DoctorCheck check = check_loopback_multicast();
+  const DoctorCheck check = check_multicast();
   EXPECT_TRUE(check.well) << check.found << "; " << check.remedy;
 }
 
