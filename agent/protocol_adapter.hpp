@@ -216,10 +216,13 @@ class ProtocolOf final : public Protocol {
 
   [[nodiscard]] const Values& announcement() const override { return announcement_; }
 
+  /// Throws RunError naming agent, round and protocol when what it sends is not finite.
   void emit(const Sense& sense, std::span<double> payload) const override {
     const Message message = P::message(params_, state_, sense);
     double* to = payload.data();
     std::apply([&](const auto&... value) { (detail::put(to, value), ...); }, Message::fields(message));
+    const Eigen::Map<const Vector> sent(payload.data(), static_cast<Eigen::Index>(payload.size()));
+    if (!detail::all_finite<truth_of<P>() == Truth::everybody>(sent)) refuse(sense.k, "what it sends");
   }
 
   /// Throws RunError naming agent, round and protocol when the estimate stops being finite.

@@ -15,8 +15,11 @@
 /// g_ij is the weight of the edge, 1 unless the topology says otherwise. nu_ij is the link's noise, drawn once per link and round and held;
 /// it disturbs x only. White noise of intensity W is a link's noise_covariance of W / dt.
 /// A missing message is an absent term in both sums for that round: P_i grows at the rate Q if nobody is heard.
+/// With Q = Omega = 0 every P keeps falling. Where double has no number for it any more, it has an exponent of its own
+/// (agent/protocol_covariances.hpp), so x is what a double of unlimited range would give.
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_covariances.hpp"
 
 #include <cmath>
 
@@ -48,13 +51,15 @@ struct ContinuousKalmanConsensus {
   struct State {
     Vec x;
     Mat P;
+    Vec e;  ///< exponents of P
   };
   struct Message {
     Vec x;
     Mat P;
-    static constexpr std::array<std::string_view, 2> field_names{"x", "P"};
+    Vec e;
+    static constexpr std::array<std::string_view, 3> field_names{"x", "P", "exponents"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.P); }
+    static auto fields(auto& m) { return std::tie(m.x, m.P, m.e); }
   };
 
   static Params params(const Values& values, Eigen::Index n) {
@@ -63,13 +68,19 @@ struct ContinuousKalmanConsensus {
   }
   static State init(const Params&, const Setup& setup) {
     const Vec x = setup.initial.vector("x");
-    return {x, setup.initial.covariance("P", x.size(), 1.0, true)};
+    State s{x, setup.initial.covariance("P", x.size(), 1.0, true), Vec::Zero(x.size())};
+    settle_exponents(s);
+    return s;
   }
-  static Message message(const Params&, const State& s, const Sense&) { return {s.x, s.P}; }
+  static Message message(const Params&, const State& s, const Sense&) { return {s.x, s.P, s.e}; }
 
   /// State at k + 1: x (n x 1), P (n x n, symmetric positive definite). Throws RunError on a covariance that cannot be inverted, and on
   /// a P_i that is no longer positive definite because the step is too long.
   static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    return in_one_unit<ContinuousKalmanConsensus>(p, s, sense, inbox);
+  }
+  /// The same with all covariances in one unit, e.
+  static State round(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
     const Eigen::Index n = s.x.size();
     SpdInverse<N> inverse(n, {name, sense.self, sense.k});
     // What is heard, held over the round: certainty = sum_j g_ij (P_j + Omega)^-1, pull = sum_j g_ij (P_j + Omega)^-1 (x_j - x_i(k)).
@@ -81,33 +92,37 @@ struct ContinuousKalmanConsensus {
       certainty += g_ij * of_j;
       pull.noalias() += of_j * difference;
     }
-    const auto slope = [&](const State& at) -> State {
+    const auto slope = [&](const Moved& at) -> Moved {
       // P_i' = -P_i (sum_j g_ij (P_j + Omega)^-1) P_i + Q                                                                   (1)
       // x_i' = P_i sum_j g_ij (P_j + Omega)^-1 (x_j - x_i)                                                             (2), (3)
-      State derivative{at.P * (pull - certainty * at.x), p.Q};
+      Moved derivative{at.P * (pull - certainty * at.x), p.Q};
       if (p.self_term)
         derivative.P.noalias() -= at.P * (certainty + inverse(at.P + p.Omega, "P_i + Omega")) * at.P;
       else
         derivative.P.noalias() -= at.P * certainty * at.P;
       return derivative;
     };
-    State moved{Vec::Zero(n), s.P};  // x relative to x_i(k): far from the origin nothing is lost to rounding
+    Moved moved{Vec::Zero(n), s.P};  // x relative to x_i(k): far from the origin nothing is lost to rounding
     const double h = sense.dt / p.steps;
     for (int step = 0; step < p.steps; ++step) moved = p.euler ? along(moved, slope(moved), h) : runge_kutta(moved, slope, h);
     inverse(moved.P, "P_i");
-    return {s.x + moved.x, 0.5 * (moved.P + moved.P.transpose())};
+    return {s.x + moved.x, 0.5 * (moved.P + moved.P.transpose()), s.e};
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
 
  private:
-  static State along(const State& from, const State& slope, double h) { return {from.x + h * slope.x, from.P + h * slope.P}; }
+  struct Moved {
+    Vec x;  ///< relative to x_i(k)
+    Mat P;
+  };
+  static Moved along(const Moved& from, const Moved& slope, double h) { return {from.x + h * slope.x, from.P + h * slope.P}; }
   template <class Slope>
-  static State runge_kutta(const State& from, const Slope& slope, double h) {
-    const State k1 = slope(from);
-    const State k2 = slope(along(from, k1, 0.5 * h));
-    const State k3 = slope(along(from, k2, 0.5 * h));
-    const State k4 = slope(along(from, k3, h));
+  static Moved runge_kutta(const Moved& from, const Slope& slope, double h) {
+    const Moved k1 = slope(from);
+    const Moved k2 = slope(along(from, k1, 0.5 * h));
+    const Moved k3 = slope(along(from, k2, 0.5 * h));
+    const Moved k4 = slope(along(from, k3, h));
     return {from.x + h / 6.0 * (k1.x + 2.0 * k2.x + 2.0 * k3.x + k4.x), from.P + h / 6.0 * (k1.P + 2.0 * k2.P + 2.0 * k3.P + k4.P)};
   }
   static int whole(const Values& values, std::string_view parameter, int fallback, int low, int high) {

@@ -3,11 +3,11 @@
 /// in each learns its drift from how it differs from its neighbours.
 ///
 ///     e_i  = sum_j w_ij (x_j - x_i)                                   (with the leader's edges, of weight g_i, among them)      (2.15)
-///     u_i  = c e_i - W_i' phi(x_i),   phi(x) = (1, sin x, cos x)                                                        (4.3), (4.4)
+///     u_i  = c e_i - W_i' phi(x_i),   phi(x) = (1, sin x, cos x);   u_0 = 0 of the leader                        (4.2), (4.3), (4.4)
 ///     W_i' = -F phi(x_i) e_i p (d_i + g_i) - kappa F W_i                                                                (4.5), (4.6)
 ///
-/// d_i + g_i is the weighted in-degree. A leader is an agent without in-neighbours; its u is 0. e_i and phi are held over the round, in
-/// which (4.5) then moves exactly.
+/// d_i + g_i is the weighted in-degree. A leader is an agent that has had no in-neighbours so far; its u is 0, whatever its W. Who has none
+/// any more goes on making up for its drift. e_i and phi are held over the round, in which (4.5) then moves exactly.
 /// Source: Das, Lewis 2010, as printed in Knotek, "Distributed estimation and control of multi-agent systems" (thesis), (4.3)-(4.6).
 /// Assumes: strongly connected, or a leader that reaches everybody; the drift close to a combination of phi; y = x, scalar. The errors
 /// end within a bound, not at zero; dt < 2 / (c lambda_max(L)).
@@ -37,6 +37,7 @@ struct DasNeuralConsensus {
   struct State {
     Eigen::Vector3d W;
     double u;
+    bool follows = false;  ///< it has, or had, in-neighbours
   };
   struct Message {
     double y = 0;
@@ -73,7 +74,8 @@ struct DasNeuralConsensus {
     const Eigen::Vector3d phi(1.0, std::sin(x), std::cos(x));
     State next = s;
     // u_i = c e_i - W_i' phi(x_i)                                                                                      (4.3), (4.4)
-    next.u = p.c * e - s.W.dot(phi);
+    next.follows = s.follows || !sense.in_neighbours.empty();
+    next.u = next.follows ? p.c * e - s.W.dot(phi) : 0.0;
     // W_i' = -F phi(x_i) e_i p (d_i + g_i) - kappa F W_i                                                               (4.5), (4.6)
     next.W = p.kept * s.W - (p.learnt * p.F * e * p.p * in_degree) * phi;
     return next;

@@ -12,9 +12,11 @@
 /// balanced the value agreed on is biased towards agents with many listeners.
 /// g_ij is the weight of the edge, 1 unless the topology says otherwise. nu_ij is the link's noise, which disturbs x only.
 /// A missing message is an absent term in both sums. With Omega = 0 every P keeps falling, geometrically with two or more
-/// in-neighbours whatever Q: a run of many hundred rounds then ends in a RunError when P leaves the range of double.
+/// in-neighbours whatever Q. Where double has no number for it any more, it has an exponent of its own (agent/protocol_covariances.hpp), so
+/// x is what a double of unlimited range would give.
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_covariances.hpp"
 
 namespace consort {
 
@@ -42,13 +44,15 @@ struct KalmanConsensus {
   struct State {
     Vec x;
     Mat P;
+    Vec e;  ///< exponents of P
   };
   struct Message {
     Vec x;
     Mat P;
-    static constexpr std::array<std::string_view, 2> field_names{"x", "P"};
+    Vec e;
+    static constexpr std::array<std::string_view, 3> field_names{"x", "P", "exponents"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.P); }
+    static auto fields(auto& m) { return std::tie(m.x, m.P, m.e); }
   };
 
   static Params params(const Values& values, Eigen::Index n) {
@@ -59,12 +63,18 @@ struct KalmanConsensus {
   }
   static State init(const Params&, const Setup& setup) {
     const Vec x = setup.initial.vector("x");
-    return {x, setup.initial.covariance("P", x.size(), 1.0, true)};
+    State s{x, setup.initial.covariance("P", x.size(), 1.0, true), Vec::Zero(x.size())};
+    settle_exponents(s);
+    return s;
   }
-  static Message message(const Params&, const State& s, const Sense&) { return {s.x, s.P}; }
+  static Message message(const Params&, const State& s, const Sense&) { return {s.x, s.P, s.e}; }
 
   /// State at k + 1: x (n x 1), P (n x n, symmetric positive definite). Throws RunError on a covariance that cannot be inverted.
   static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    return in_one_unit<KalmanConsensus>(p, s, sense, inbox);
+  }
+  /// The same with all covariances in one unit, e.
+  static State round(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
     SpdInverse<N> inverse(s.x.size(), {name, sense.self, sense.k});
     // P_i+ = [ (P_i + Q)^-1 + sum_j g_ij (P_j + Omega)^-1 ]^-1                                                        (4)
     // innovation = sum_j g_ij (P_j + Omega)^-1 (x_j - x_i)                                                     sum of (5)
@@ -79,7 +89,7 @@ struct KalmanConsensus {
     }
     // x_i+ = x_i + P_i+ innovation                                                                                    (5)
     const Mat& P_next = inverse(information, "P_i+^-1");
-    return {s.x + P_next * innovation, P_next};
+    return {s.x + P_next * innovation, P_next, s.e};
   }
 
   static const Vec& estimate(const State& s) { return s.x; }

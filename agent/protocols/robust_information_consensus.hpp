@@ -18,9 +18,11 @@
 /// was there before, the first message that arrives counts with what it gave away in its own round alone. Without loss that is exact.
 /// With loss, what a link loses between its appearance and its first message, and between its last message and its disappearance, is
 /// gone: x_i stays a weighted average of the initial values, but is no longer the centralised one. Whoever leaves takes what it holds.
-/// A missing message costs nothing but time. An agent that hears nobody keeps its share 1/(1 + mu_i) of what it holds from round to round,
-/// so if that lasts for about a thousand rounds Y leaves the range of double (RunError). Running sums grow with k, and differences of them
-/// lose k parts in 1e16. A process that is started again brings its initial information a second time.
+/// A missing message costs nothing but time. An agent that hears nobody keeps its share 1/(1 + mu_i) of what it holds from round to round;
+/// once one of its informations is below 2^-900 it gives nothing more away and keeps what it has, so x stands, and nothing is lost. Running
+/// sums grow with k, and differences of them lose k parts in 1e16 until the agent is 1024 rounds old; from then on what rounding takes from
+/// a sum is summed beside it and sent with it, and nothing more is lost. A process that is started again brings its initial information a
+/// second time.
 
 #include "agent/protocol_adapter.hpp"
 
@@ -64,11 +66,11 @@ struct RobustInformationConsensus {
     bool heard = false;  ///< since it appeared
     Round newest = 0;    ///< round of the newest message heard
     double since = 0;    ///< first round of the sender
-    Mass rho;            ///< its running sum
+    Mass rho, rho_low;   ///< its running sum, and what rounding took from it
   };
   struct State {
     Mass s;                      ///< what the agent holds
-    Mass sigma;                  ///< all it has given to each listener so far
+    Mass sigma, sigma_low;       ///< all it has given to each listener so far, and what rounding took from that
     double since = -1;           ///< its own first round; -1: not begun
     std::vector<Incoming> from;  ///< ascending by sender
     Vec x;
@@ -76,12 +78,14 @@ struct RobustInformationConsensus {
   struct Message {
     Mat Y;  ///< running sums, this round's share in them
     Vec y;
+    Mat Y_low;  ///< what rounding took from them
+    Vec y_low;
     Mat Y_given;  ///< this round's share
     Vec y_given;
     double since;  ///< first round of the sender
-    static constexpr std::array<std::string_view, 5> field_names{"Y_sum", "y_sum", "Y_given", "y_given", "since"};
+    static constexpr std::array<std::string_view, 7> field_names{"Y_sum", "y_sum", "Y_low", "y_low", "Y_given", "y_given", "since"};
     static constexpr std::string_view noisy_field = "y_sum";
-    static auto fields(auto& m) { return std::tie(m.Y, m.y, m.Y_given, m.y_given, m.since); }
+    static auto fields(auto& m) { return std::tie(m.Y, m.y, m.Y_low, m.y_low, m.Y_given, m.y_given, m.since); }
   };
 
   static Params params(const Values&, Eigen::Index) { return {}; }
@@ -89,19 +93,22 @@ struct RobustInformationConsensus {
     const Vec x = setup.initial.vector("x");
     const Mat P = setup.initial.covariance("P", x.size(), 1.0, true);
     const Mat Y = SpdInverse<N>(x.size(), {name, setup.self, 0})(P, "P_i(0)");
-    return {{Y, Y * x}, {Mat::Zero(x.size(), x.size()), Vec::Zero(x.size())}, -1, {}, x};
+    const Mass none{Mat::Zero(x.size(), x.size()), Vec::Zero(x.size())};
+    return {{Y, Y * x}, none, none, -1, {}, x};
   }
   static Message message(const Params&, const State& s, const Sense& sense) {
-    const Mass given = share(sense) * s.s;
-    return {s.sigma.Y + given.Y, s.sigma.y + given.y, given.Y, given.y, s.since < 0 ? sense.k : s.since};
+    const Mass given = share(s, sense) * s.s;
+    const auto [sum, low] = running_sum(s, given, sense.k);
+    return {sum.Y, sum.y, low.Y, low.y, given.Y, given.y, s.since < 0 ? sense.k : s.since};
   }
 
   /// State at k + 1. Throws RunError on a Y that cannot be inverted.
   static void transition(const Params&, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     note_presence(s, sense);
-    const Mass given = share(sense) * s.s;
-    s.sigma += given;
-    s.s = given;  // each listener's share and its own are alike
+    if (const double part = share(s, sense); part > 0.0) {
+      s.s = part * s.s;  // each listener's share and its own are alike
+      std::tie(s.sigma, s.sigma_low) = running_sum(s, s.s, sense.k);
+    }
     if (s.since < 0) s.since = sense.k;
     for (const auto& [from, sent, weight, heard] : inbox) take(s, from, sent, heard);
     s.x.noalias() = SpdInverse<N>(s.x.size(), {name, sense.self, sense.k})(s.s.Y, "Y_i+") * s.s.y;
@@ -110,7 +117,28 @@ struct RobustInformationConsensus {
   static const Vec& estimate(const State& s) { return s.x; }
 
  private:
-  static double share(const Sense& sense) { return 1.0 / (1.0 + static_cast<double>(sense.out_degree)); }
+  /// What each listener is given of s; 0 if it is too little to be told from a running sum.
+  static double share(const State& s, const Sense& sense) {
+    constexpr double kLeast = 0x1p-900;
+    return s.s.Y.diagonal().minCoeff() < kLeast ? 0.0 : 1.0 / (1.0 + static_cast<double>(sense.out_degree));
+  }
+
+  /// sigma and what rounding took from it, with what is given in round k.
+  static std::pair<Mass, Mass> running_sum(const State& s, const Mass& given, Round k) {
+    constexpr double kOld = 1024;  // rounds, after which rounding begins to show
+    std::pair<Mass, Mass> out{s.sigma, s.sigma_low};
+    auto& [sum, low] = out;
+    sum += given;
+    if (s.since < 0 || k - s.since < kOld) return out;
+    low += Mass{taken(s.sigma.Y, given.Y, sum.Y), taken(s.sigma.y, given.y, sum.y)};
+    return out;
+  }
+  /// a + b - sum, exactly, where sum is a + b rounded (Knuth's TwoSum).
+  template <class T>
+  static T taken(const T& a, const T& b, const T& sum) {
+    const T of_b = sum - a;
+    return (a - (sum - of_b)) + (b - of_b);
+  }
 
   static auto place_of(State& s, AgentId from) {
     return std::lower_bound(s.from.begin(), s.from.end(), from, [](const Incoming& edge, AgentId id) { return edge.from < id; });
@@ -121,9 +149,9 @@ struct RobustInformationConsensus {
     for (const Neighbour& neighbour : sense.in_neighbours) {
       auto edge = place_of(s, neighbour.id);
       if (edge == s.from.end() || edge->from != neighbour.id)
-        edge = s.from.insert(edge, Incoming{neighbour.id, sense.k, sense.k, false, 0, 0, s.s});
+        edge = s.from.insert(edge, Incoming{neighbour.id, sense.k, sense.k, false, 0, 0, s.s, s.s});
       else if (edge->present + 1 < sense.k)
-        *edge = Incoming{neighbour.id, sense.k, sense.k, false, 0, 0, std::move(edge->rho)};
+        *edge = Incoming{neighbour.id, sense.k, sense.k, false, 0, 0, std::move(edge->rho), std::move(edge->rho_low)};
       edge->present = sense.k;
     }
   }
@@ -131,13 +159,16 @@ struct RobustInformationConsensus {
   static void take(State& s, AgentId from, Round sent, const Message& heard) {
     const auto edge = place_of(s, from);
     if (edge == s.from.end() || edge->from != from || sent < edge->appeared || (edge->heard && sent <= edge->newest)) return;
-    const Mass sum{heard.Y, heard.y};
+    const Mass sum{heard.Y, heard.y}, low{heard.Y_low, heard.y_low};
     if (edge->heard && edge->since == heard.since) {
       Mass difference = sum;  // formed first: what the agent holds may be small against running sums
       difference -= edge->rho;
+      difference += low;
+      difference -= edge->rho_low;
       s.s += difference;
     } else if (heard.since >= edge->appeared) {
       s.s += sum;  // the sender was not there before: all of it was for us
+      s.s += low;
     } else {
       s.s += Mass{heard.Y_given, heard.y_given};
     }
@@ -145,6 +176,7 @@ struct RobustInformationConsensus {
     edge->newest = sent;
     edge->since = heard.since;
     edge->rho = sum;
+    edge->rho_low = low;
   }
 };
 

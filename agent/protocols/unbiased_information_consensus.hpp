@@ -11,9 +11,11 @@
 /// x and Y are sent, and y_j = Y_j (x_j + nu_ij) is formed by the receiver, so that link noise disturbs an estimate as in (9).
 /// mu_j counts listeners, so g_ij is 0 or 1 here and the weight of an edge is not used. An agent without listeners (excluded by the
 /// assumption) loses half of its information per round. A missing message is an absent term: that share of the information is
-/// gone for good, x stays an average of what arrived, and the result is no longer unbiased.
+/// gone for good, x stays an average of what arrived, and the result is no longer unbiased. Where double has no number for what is left of
+/// Y, it has an exponent of its own, so x is what a double of unlimited range would give.
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_covariances.hpp"
 
 namespace consort {
 
@@ -34,41 +36,59 @@ struct UnbiasedInformationConsensus {
   struct State {
     Vec x;
     Mat Y;
+    double e = 0.0;  ///< exponent of Y: what it means is 2^e Y
   };
   struct Message {
     Vec x;
     Mat Y;
+    double e;
     double mu;  ///< listeners of the sender in the round of sending
-    static constexpr std::array<std::string_view, 3> field_names{"x", "Y", "out_degree"};
+    static constexpr std::array<std::string_view, 4> field_names{"x", "Y", "exponent", "out_degree"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.Y, m.mu); }
+    static auto fields(auto& m) { return std::tie(m.x, m.Y, m.e, m.mu); }
   };
 
   static Params params(const Values&, Eigen::Index) { return {}; }
   static State init(const Params&, const Setup& setup) {
     const Vec x = setup.initial.vector("x");
     const Mat P = setup.initial.covariance("P", x.size(), 1.0, true);
-    return {x, SpdInverse<N>(x.size(), {name, setup.self, 0})(P, "P_i(0)")};
+    return settled({x, SpdInverse<N>(x.size(), {name, setup.self, 0})(P, "P_i(0)")});
   }
-  static Message message(const Params&, const State& s, const Sense& sense) { return {s.x, s.Y, static_cast<double>(sense.out_degree)}; }
+  static Message message(const Params&, const State& s, const Sense& sense) {
+    return {s.x, s.Y, s.e, static_cast<double>(sense.out_degree)};
+  }
 
   /// State at k + 1: x (n x 1), Y (n x n, symmetric positive definite). Throws RunError on a Y that cannot be inverted.
   static State transition(const Params&, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
     // Y_i+ = 1/2 ( Y_i + sum_{j != i} g_ij Y_j / mu_j )                                                              (11)
     // y_i+ = 1/2 ( y_i + sum_{j != i} g_ij y_j / mu_j ),    y_j = Y_j x_j                                            (12)
-    State next{s.x, 0.5 * s.Y};
+    double unit = s.e;  // exponent of all Y in the sums: that of the largest
+    for (const auto& heard : inbox) unit = std::max(unit, heard.message.e);
+    State next{s.x, 0.5 * power(s.e - unit) * s.Y, unit};
     Vec y = next.Y * s.x;
     for (const auto& [from, sent, weight, heard] : inbox) {
-      const double share = 0.5 / heard.mu;
+      const double share = 0.5 / heard.mu * power(heard.e - unit);
       next.Y += share * heard.Y;
       y.noalias() += share * (heard.Y * heard.x);
     }
     // x_i+ = (Y_i+)^-1 y_i+
     next.x.noalias() = SpdInverse<N>(s.x.size(), {name, sense.self, sense.k})(next.Y, "Y_i+") * y;
-    return next;
+    return settled(std::move(next));
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
+
+ private:
+  static double power(double e) { return std::ldexp(1.0, static_cast<int>(std::max(e, -3000.0))); }
+  /// With the exponent that the size of Y asks for.
+  static State settled(State s) {
+    const double size = std::ilogb(s.Y.diagonal().maxCoeff()) + s.e;
+    const double e = size < kLeastExponent ? size : 0.0;
+    if (e == s.e) return s;
+    s.Y *= power(s.e - e);
+    s.e = e;
+    return s;
+  }
 };
 
 }  // namespace consort

@@ -11,10 +11,11 @@
 /// value once P is small against Omega).
 /// mu_j counts listeners, so g_ij is 0 or 1 here and the weight of an edge is not used. nu_ij is the link's noise, on x only.
 /// A missing message is an absent term in both sums; its share of j's information is lost, so the result is no longer unbiased.
-/// With Q = Omega = 0, P falls like 2^-k: after about 1000 rounds the run ends in a RunError when P leaves the range of double;
-/// unbiased_information_consensus computes the same x without that limit.
+/// With Q = Omega = 0, P falls like 2^-k. Where double has no number for it any more, it has an exponent of its own
+/// (agent/protocol_covariances.hpp), so x is what a double of unlimited range would give.
 
 #include "agent/protocol_adapter.hpp"
+#include "agent/protocol_covariances.hpp"
 
 namespace consort {
 
@@ -40,14 +41,16 @@ struct UnbiasedKalmanConsensus {
   struct State {
     Vec x;
     Mat P;
+    Vec e;  ///< exponents of P
   };
   struct Message {
     Vec x;
     Mat P;
+    Vec e;
     double mu;  ///< listeners of the sender in the round of sending
-    static constexpr std::array<std::string_view, 3> field_names{"x", "P", "out_degree"};
+    static constexpr std::array<std::string_view, 4> field_names{"x", "P", "exponents", "out_degree"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.P, m.mu); }
+    static auto fields(auto& m) { return std::tie(m.x, m.P, m.e, m.mu); }
   };
 
   static Params params(const Values& values, Eigen::Index n) {
@@ -55,12 +58,20 @@ struct UnbiasedKalmanConsensus {
   }
   static State init(const Params&, const Setup& setup) {
     const Vec x = setup.initial.vector("x");
-    return {x, setup.initial.covariance("P", x.size(), 1.0, true)};
+    State s{x, setup.initial.covariance("P", x.size(), 1.0, true), Vec::Zero(x.size())};
+    settle_exponents(s);
+    return s;
   }
-  static Message message(const Params&, const State& s, const Sense& sense) { return {s.x, s.P, static_cast<double>(sense.out_degree)}; }
+  static Message message(const Params&, const State& s, const Sense& sense) {
+    return {s.x, s.P, s.e, static_cast<double>(sense.out_degree)};
+  }
 
   /// State at k + 1: x (n x 1), P (n x n, symmetric positive definite). Throws RunError on a covariance that cannot be inverted.
   static State transition(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
+    return in_one_unit<UnbiasedKalmanConsensus>(p, s, sense, inbox);
+  }
+  /// The same with all covariances in one unit, e.
+  static State round(const Params& p, const State& s, const Sense& sense, HeardInbox<Message> inbox) {
     SpdInverse<N> inverse(s.x.size(), {name, sense.self, sense.k});
     // P_i+ = [ (P_i + Q)^-1 + sum_{j != i} g_ij (mu_j P_j + Omega)^-1 ]^-1                                            (8)
     // innovation = sum_{j != i} g_ij (mu_j P_j + Omega)^-1 (x_j - x_i)                                         sum of (9)
@@ -74,7 +85,7 @@ struct UnbiasedKalmanConsensus {
     }
     // x_i+ = x_i + P_i+ innovation                                                                                    (9)
     const Mat& P_next = inverse(information, "P_i+^-1");
-    return {s.x + P_next * innovation, P_next};
+    return {s.x + P_next * innovation, P_next, s.e};
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
