@@ -12,6 +12,9 @@
 
 namespace consort {
 
+/// The shape of a switch: the file gives 0, 1, false or true.
+inline constexpr std::string_view kSwitch = "0 or 1";
+
 /// Documents one parameter or initial value. A shape "one of a, b, c" is a choice: the file gives the word, the value is its number 0, 1,
 /// ...
 struct ValueDoc {

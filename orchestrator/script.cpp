@@ -67,7 +67,8 @@ class TopLevel {
     whole("rounds", 1, kMostRounds, [this](std::uint64_t value) { out_.rounds = static_cast<Round>(value); });
     if (const auto node = top_.find("duration"); present(node)) {
       if (present(top_.find("rounds"))) mistakes_.add(node, "duration: found both 'rounds' and 'duration'; allowed: one of them");
-      if (const auto rounds = read_rounds_of_time(node, "duration", 1)) out_.rounds = *rounds;
+      if (const auto seconds = read_duration(mistakes_, node, "duration"))
+        out_.rounds = rounds_of(node, "duration", std::round(*seconds / out_.dt), 1).value_or(out_.rounds);
     }
     out_.mode = overrides_.mode.value_or(out_.mode);
     if (overrides_.seed) out_.seed = Seed{*overrides_.seed};
@@ -105,17 +106,6 @@ class TopLevel {
     check_metrics();
   }
 
-  /// A time as a number of rounds, at least `least`.
-  std::optional<Round> read_rounds_of_time(const YAML::Node& node, const std::string& what, Round least) {
-    const auto seconds = read_duration(mistakes_, node, what);
-    if (!seconds) return std::nullopt;
-    const double rounds = std::round(*seconds / out_.dt);
-    if (rounds >= static_cast<double>(least) && rounds <= static_cast<double>(kMostRounds)) return static_cast<Round>(rounds);
-    mistakes_.add(node, fmt::format("{}: found {}, {} rounds of dt = {} s; allowed: {} to {} rounds", what, describe(node),
-                                    number_text(rounds), number_text(out_.dt), least, kMostRounds));
-    return std::nullopt;
-  }
-
   /// Once the plant is known: what its sensors are to suffer.
   void read_degradations(const std::filesystem::path& directory, Places& places) {
     for (const auto& [node, what, round] : degradations_) read_degradation(mistakes_, node, what, round, directory, out_, places);
@@ -149,6 +139,14 @@ class TopLevel {
   void whole(const std::string& key, std::uint64_t low, std::uint64_t high, Take take) {
     if (const auto node = top_.find(key); present(node))
       if (const auto value = read_whole(mistakes_, node, key, low, high)) take(*value);
+  }
+
+  /// What `node` comes to, if it is from `least` rounds up.
+  std::optional<Round> rounds_of(const YAML::Node& node, const std::string& what, double rounds, Round least) {
+    if (rounds >= static_cast<double>(least) && rounds <= static_cast<double>(kMostRounds)) return static_cast<Round>(rounds);
+    mistakes_.add(node, fmt::format("{}: found {}, {} rounds of dt = {} s; allowed: {} to {} rounds", what, describe(node),
+                                    number_text(rounds), number_text(out_.dt), least, kMostRounds));
+    return std::nullopt;
   }
 
   void read_name(const YAML::Node& node) {
@@ -211,7 +209,9 @@ class TopLevel {
       return 0;
     }
     if (present(round)) return static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
-    const Round at = read_rounds_of_time(time, what + ".time", 0).value_or(0);
+    const auto seconds = read_duration(mistakes_, time, what + ".time", true);
+    if (!seconds) return 0;
+    const Round at = rounds_of(time, what + ".time", first_round_from(*seconds / out_.dt), 0).value_or(0);
     if (at > last)
       mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {} rounds", what + ".time",
                                       describe(time), at, out_.rounds));

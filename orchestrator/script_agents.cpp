@@ -34,11 +34,6 @@ const ProtocolEntry* entry_of(std::string_view name) {
   return it == table.end() ? nullptr : &*it;
 }
 
-const ValueDoc* doc_of(std::span<const ValueDoc> docs, std::string_view name) {
-  const auto it = std::find_if(docs.begin(), docs.end(), [name](const ValueDoc& doc) { return doc.name == name; });
-  return it == docs.end() ? nullptr : &*it;
-}
-
 // Names that at least one of the protocols knows, in the order of their tables.
 std::vector<std::string> known_names(const std::vector<ProtocolChoice>& protocols, std::span<const ValueDoc> ProtocolEntry::*docs) {
   std::vector<std::string> names;

@@ -106,7 +106,7 @@ class LinkReader {
   Round whole_rounds_in(const YAML::Node& node, const std::string& what, bool timed) {
     if (!timed) return static_cast<Round>(read_whole(mistakes_, node, what, 0, kLongestDelay).value_or(0));
     const double rounds = rounds_in(node, what, timed);
-    return kRoundsOfDelay.holds(rounds) ? static_cast<Round>(std::ceil(rounds - 1e-9)) : 0;
+    return kRoundsOfDelay.holds(rounds) ? static_cast<Round>(first_round_from(rounds)) : 0;
   }
 
   void read_delay(const YAML::Node& node, const std::string& what, bool timed) {

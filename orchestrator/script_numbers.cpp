@@ -134,9 +134,14 @@ bool known(Mistakes& mistakes, const YAML::Node& key, const std::string& what, c
   return false;
 }
 
+const ValueDoc* doc_of(std::span<const ValueDoc> docs, std::string_view name) {
+  const auto it = std::find_if(docs.begin(), docs.end(), [name](const ValueDoc& doc) { return doc.name == name; });
+  return it == docs.end() ? nullptr : &*it;
+}
+
 std::optional<Matrix> read_value(Mistakes& mistakes, const ValueDoc* doc, const YAML::Node& node, const std::string& what) {
   const auto words = doc == nullptr ? std::vector<std::string>{} : choices_of(*doc);
-  if (words.empty()) return read_matrix(mistakes, node, what, true);
+  if (words.empty()) return read_matrix(mistakes, node, what, doc != nullptr && doc->shape == kSwitch);
   const auto index = read_choice(mistakes, node, what, words);
   return index ? std::optional<Matrix>(Matrix::Constant(1, 1, static_cast<double>(*index))) : std::nullopt;
 }

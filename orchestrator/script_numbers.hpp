@@ -13,7 +13,10 @@ namespace consort::script {
 std::optional<PerAgent> read_per_agent(Mistakes&, const YAML::Node&, const std::string& what, const std::filesystem::path& directory,
                                        std::size_t agents);
 
-/// A parameter: a number, vector, matrix or switch, or, if `doc` is a choice, one of its words. `doc` may be null.
+/// What `docs` say of the value `name`; null if nothing.
+const ValueDoc* doc_of(std::span<const ValueDoc> docs, std::string_view name);
+
+/// A parameter: a number, vector or matrix; a switch, or one of a choice's words, where `doc` says so. `doc` may be null.
 std::optional<Matrix> read_value(Mistakes&, const ValueDoc* doc, const YAML::Node&, const std::string& what);
 
 /// True if `key` is one of `names`; else a mistake with the nearest of them.

@@ -81,7 +81,8 @@ class PlantReader {
       if (!known(mistakes_, entry.first, "plant.model " + plant_.model, allowed) || entry.first.Scalar() == "name") continue;
       const std::string parameter = entry.first.Scalar();
       places_.emplace("plant " + parameter, entry.second.Mark());
-      if (const auto value = read_matrix(mistakes_, entry.second, "plant.model." + parameter)) plant_.parameters.set(parameter, *value);
+      if (const auto value = read_value(mistakes_, doc_of(entry_->parameters, parameter), entry.second, "plant.model." + parameter))
+        plant_.parameters.set(parameter, *value);
     }
     return true;
   }
@@ -128,7 +129,7 @@ class PlantReader {
     for (const auto& entry : part) {
       if (!known(mistakes_, entry.first, section.path(key), names)) continue;
       const std::string name = entry.first.Scalar();
-      if (const auto value = read_matrix(mistakes_, entry.second, section.path(key) + "." + name)) out.set(name, *value);
+      if (const auto value = read_value(mistakes_, doc_of(docs, name), entry.second, section.path(key) + "." + name)) out.set(name, *value);
     }
   }
 

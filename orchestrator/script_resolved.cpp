@@ -2,7 +2,9 @@
 
 #include "agent/registry.hpp"
 #include "orchestrator/script_links.hpp"
+#include "orchestrator/script_numbers.hpp"
 #include "orchestrator/script_topology.hpp"
+#include "plant/registry.hpp"
 
 #include <array>
 #include <sstream>
@@ -37,9 +39,8 @@ Node node_of(const Values& values) {
 /// Parameters; those that are choices as their words.
 void put_parameters(Node& out, const Values& values, std::span<const ValueDoc> docs) {
   for (const auto& [name, value] : values.entries()) {
-    std::vector<std::string> words;
-    for (const ValueDoc& doc : docs)
-      if (doc.name == name) words = choices_of(doc);
+    const ValueDoc* doc = doc_of(docs, name);
+    const auto words = doc == nullptr ? std::vector<std::string>{} : choices_of(*doc);
     out[name] = words.empty() ? node_of(value) : Node(words.at(static_cast<std::size_t>(value(0, 0))));
   }
 }
@@ -137,7 +138,9 @@ Node disturbance_of(const Disturbance& disturbance, Seconds dt) {
 Node plant_of(const PlantSpec& plant, Seconds dt) {
   Node out(YAML::NodeType::Map);
   out["model"]["name"] = plant.model;
-  for (const auto& [name, value] : plant.parameters.entries()) out["model"][name] = node_of(value);
+  const std::span<const ValueDoc> docs = find_plant(plant.model).parameters;
+  Node model = out["model"];
+  put_parameters(model, plant.parameters, docs);
   for (const auto& [name, values] : plant.initial) out["initial"][name] = node_of(values);
   for (const PlantSpec::Coupling& coupling : plant.couplings) {
     Node entry = node_of(coupling.values);
@@ -155,7 +158,11 @@ Node plant_of(const PlantSpec& plant, Seconds dt) {
   for (const auto& [agent, override] : plant.overrides) {
     Node entry(YAML::NodeType::Map);
     if (!override.initial.entries().empty()) entry["initial"] = node_of(override.initial);
-    if (!override.parameters.entries().empty()) entry["parameters"] = node_of(override.parameters);
+    if (!override.parameters.entries().empty()) {
+      Node parameters(YAML::NodeType::Map);
+      put_parameters(parameters, override.parameters, docs);
+      entry["parameters"] = parameters;
+    }
     out["overrides"][std::to_string(agent.value)] = entry;
   }
   for (const Disturbance& disturbance : plant.disturbances)

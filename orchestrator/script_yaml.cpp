@@ -221,8 +221,9 @@ std::optional<Matrix> read_matrix(Mistakes& mistakes, const YAML::Node& node, co
   return good ? std::optional(out) : std::nullopt;
 }
 
-std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node, const std::string& what) {
-  constexpr std::string_view allowed = "a number of seconds above 0, or a text such as '60 s', '500 ms', '2 min'";
+std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool zero) {
+  const std::string_view allowed = zero ? "a number of seconds from 0 up, or a text such as '60 s', '500 ms', '2 min'"
+                                        : "a number of seconds above 0, or a text such as '60 s', '500 ms', '2 min'";
   double factor = 1.0;
   std::optional<double> value;
   if (node.IsScalar()) {
@@ -241,9 +242,14 @@ std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node,
     trim();
     value = parse_number<double>(text);
   }
-  if (value && *value > 0.0 && std::isfinite(*value * factor)) return *value * factor;
+  if (value && (*value > 0.0 || (zero && *value == 0.0)) && std::isfinite(*value * factor)) return *value * factor;
   mistakes.add(node, fmt::format("{}: found {}; allowed: {}", what, describe(node), allowed));
   return std::nullopt;
+}
+
+double first_round_from(double rounds) {
+  const double nearest = std::round(rounds);
+  return std::abs(rounds - nearest) <= 1e-9 * nearest ? nearest : std::ceil(rounds);
 }
 
 void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {

@@ -88,8 +88,11 @@ std::optional<std::string> read_text(Mistakes&, const YAML::Node&, const std::st
 std::optional<std::size_t> read_choice(Mistakes&, const YAML::Node&, const std::string& what, std::span<const std::string> choices);
 /// A number (1 x 1), a list (n x 1) or a list of rows; with `switches`, true and false count as 1 and 0.
 std::optional<Matrix> read_matrix(Mistakes&, const YAML::Node&, const std::string& what, bool switches = false);
-/// "60 s", "500 ms", "2 min" or a number of seconds.
-std::optional<Seconds> read_duration(Mistakes&, const YAML::Node&, const std::string& what);
+/// "60 s", "500 ms", "2 min" or a number of seconds; above 0, or from 0 with `zero`.
+std::optional<Seconds> read_duration(Mistakes&, const YAML::Node&, const std::string& what, bool zero = false);
+/// `rounds` (a time over dt) as the number of the first round that begins at or after it. What lies within a billionth of a round's
+/// beginning is that round: 0.3 s of dt = 0.1 s is round 3.
+double first_round_from(double rounds);
 
 /// Reports keys that occur twice, anywhere in the document.
 void check_duplicate_keys(Mistakes&, const YAML::Node&);

@@ -102,6 +102,42 @@ TEST(ScriptPlant, RefusesMistakesNamingPlaceAndRemedy) {
   expect_mistake("plant.disturbances[0], agent 1", plant(", disturbances: [{on: state, constant: {all: [1, 2]}}]"));
 }
 
+TEST(ScriptEvents, ActInTheFirstRoundThatBeginsAtTheirTimeOrAfter) {
+  const auto round_of = [](const std::string& dt, const std::string& time) {
+    const Experiment e =
+        parse_experiment("experiment: e\nagents: {count: 5, protocol: local_voting, initial: {x: 0}}\ntopology: ring\ndt: " + dt +
+                             "\nrounds: 1000000000\nevents: [{time: " + time + ", cut: [1 -> 2]}]\n",
+                         "e.yaml", ".");
+    return e.link_events.at(0).round;
+  };
+  EXPECT_EQ(round_of("0.3", "1.3 s"), 5u) << "not round 4, which begins at 1.2 s";
+  EXPECT_EQ(round_of("0.3", "1.2 s"), 4u);
+  EXPECT_EQ(round_of("0.3", "1200 ms"), 4u);
+  EXPECT_EQ(round_of("0.3", "1.2000001"), 5u);
+  EXPECT_EQ(round_of("0.3", "1.2000000001"), 4u) << "within a billionth of a round's beginning";
+  EXPECT_EQ(round_of("0.3", "1.1999999999"), 4u);
+  EXPECT_EQ(round_of("0.3", "0.01"), 1u);
+  EXPECT_EQ(round_of("0.3", "0"), 0u);
+  EXPECT_EQ(round_of("0.1", "0.3"), 3u) << "0.3 / 0.1 is a little below 3 in double";
+  EXPECT_EQ(round_of("0.001", "15 s"), 15'000u);
+  for (const int k : {1, 7, 49, 9'999, 123'457}) EXPECT_EQ(round_of("0.01", std::to_string(k) + "0 ms"), static_cast<Round>(k));
+}
+
+TEST(ScriptEvents, AllKindsOfEventsTakeTheirTimesAlike) {
+  const Experiment e = parsed(
+      "duration: 5 s\nplant: {model: integrator, initial: {position: 0}}\nevents: [{time: 1.23 s, set_link: {loss: 0.5}}, "
+      "{time: 1.23 s, degrade: {agent: 2, constant: 1}}, {time: 1.23 s, heal: all}, {time: 1.23 s, join: 5}, "
+      "{time: 2.01 s, leave: 5}, {time: 1.23 s, kill: 3}, {time: 2.01 s, restart: 3}, {time: 1.23 s, stop: 4}, "
+      "{time: 2.01 s, continue: 4}]\n");
+  EXPECT_EQ(e.links.changes.at(0).since, 13u);
+  EXPECT_EQ(e.plant->disturbances.at(0).first, 13u);
+  EXPECT_EQ(e.link_events.at(0).round, 13u);
+  EXPECT_EQ(e.presence_of(AgentId{5}).from, 13u);
+  EXPECT_EQ(e.presence_of(AgentId{5}).until, 21u);
+  for (const Fault& fault : e.faults)
+    EXPECT_EQ(fault.round, fault.kind == Fault::Kind::kill || fault.kind == Fault::Kind::stop ? 13u : 21u);
+}
+
 TEST(ScriptPlant, RefusesTimesAndPresencesThatMakeNoSense) {
   expect_mistake("duration: found both 'rounds' and 'duration'", "rounds: 10\nduration: 5 s\n");
   expect_mistake("duration: found 0.01, 0 rounds of dt = 0.1 s", "duration: 0.01\n");

@@ -1,0 +1,202 @@
+/// Every parameter of every protocol and model, and every word documented for one, goes through the file as it is documented.
+
+#include "agent/registry.hpp"
+#include "core/errors.hpp"
+#include "orchestrator/script.hpp"
+#include "plant/registry.hpp"
+#include "tests/support/tree.hpp"
+
+#include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <map>
+
+namespace consort {
+namespace {
+
+const std::filesystem::path kExperiments = std::filesystem::path(kSourceDir) / "experiments";
+
+/// The shipped experiments, read.
+const std::map<std::string, YAML::Node>& shipped() {
+  static const auto all = [] {
+    std::map<std::string, YAML::Node> out;
+    for (const auto& entry : std::filesystem::directory_iterator(kExperiments))
+      if (entry.path().extension() == ".yaml") out[entry.path().filename().string()] = YAML::LoadFile(entry.path().string());
+    return out;
+  }();
+  return all;
+}
+
+/// A name, or a mapping with one: as a mapping.
+YAML::Node as_map(const YAML::Node& choice) {
+  if (choice.IsMap()) return choice;
+  YAML::Node out(YAML::NodeType::Map);
+  out["name"] = choice.Scalar();
+  return out;
+}
+
+/// Shipped experiments with the protocol, or the model, of that name: shortened to it alone.
+std::vector<YAML::Node> with_protocol(std::string_view name) {
+  std::vector<YAML::Node> out;
+  for (const auto& [file, original] : shipped()) {
+    YAML::Node experiment = YAML::Clone(original);
+    YAML::Node agents = experiment["agents"];
+    std::vector<YAML::Node> choices;
+    if (agents["protocol"]) choices.push_back(agents["protocol"]);
+    for (const auto& choice : agents["protocols"]) choices.push_back(choice);
+    for (const YAML::Node& choice : choices) {
+      const YAML::Node map = as_map(choice);
+      if (map["name"].Scalar() != name) continue;
+      agents.remove("protocols");
+      agents["protocol"] = map;
+      for (const char* key : {"criteria", "metrics", "sweep", "stop"}) experiment.remove(key);
+      out.push_back(experiment);
+    }
+  }
+  return out;
+}
+std::vector<YAML::Node> with_model(std::string_view name) {
+  std::vector<YAML::Node> out;
+  for (const auto& [file, original] : shipped()) {
+    if (!original["plant"] || as_map(original["plant"]["model"])["name"].Scalar() != name) continue;
+    YAML::Node experiment = YAML::Clone(original);
+    experiment["plant"]["model"] = as_map(experiment["plant"]["model"]);
+    for (const char* key : {"criteria", "metrics", "sweep", "stop"}) experiment.remove(key);
+    out.push_back(experiment);
+  }
+  return out;
+}
+
+struct Table {
+  std::string name;
+  std::span<const ValueDoc> parameters;
+  std::vector<YAML::Node> experiments;
+  std::function<YAML::Node(YAML::Node)> place;             ///< where its parameters stand in the file
+  std::function<const Values&(const Experiment&)> parsed;  ///< and in the experiment
+};
+
+std::vector<Table> tables() {
+  std::vector<Table> out;
+  for (const ProtocolEntry& entry : protocol_table())
+    out.push_back({std::string(entry.name), entry.parameters, with_protocol(entry.name),
+                   [](YAML::Node e) { return e["agents"]["protocol"]; },
+                   [](const Experiment& e) -> const Values& { return e.protocols.front().parameters; }});
+  for (const PlantEntry& entry : plant_table())
+    out.push_back({std::string(entry.name), entry.parameters, with_model(entry.name), [](YAML::Node e) { return e["plant"]["model"]; },
+                   [](const Experiment& e) -> const Values& { return e.plant->parameters; }});
+  return out;
+}
+
+/// The values that one of the experiments may give the parameter: what they were read as. `told`: why the last one refused.
+std::vector<Values> accepted(const Table& table, const std::string& parameter, const std::string& value, std::string& told) {
+  std::vector<Values> out;
+  for (const YAML::Node& original : table.experiments) {
+    YAML::Node experiment = YAML::Clone(original);
+    table.place(experiment)[parameter] = YAML::Load(value);
+    try {
+      const Experiment read = parse_experiment(YAML::Dump(experiment), "e.yaml", kExperiments);
+      const Experiment again = parse_experiment(read.resolved_text, "resolved.yaml", kExperiments);
+      EXPECT_EQ(*table.parsed(again).find(parameter), *table.parsed(read).find(parameter)) << table.name << " " << parameter << " resolved";
+      out.push_back(table.parsed(read));
+      return out;
+    } catch (const ConfigError& error) {
+      told = error.what();
+    }
+  }
+  return out;
+}
+
+/// What a file may say for it: a choice's words, a switch's values, the documented default, what shipped files have.
+std::vector<std::string> sayings(const Table& table, const ValueDoc& doc) {
+  auto words = choices_of(doc);
+  if (!words.empty()) return words;
+  if (doc.shape == kSwitch) return {"0", "1", "true", "false"};
+  const std::string fallback(doc.fallback);
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(fallback.data(), fallback.data() + fallback.size(), number);
+  if (error == std::errc{} && end == fallback.data() + fallback.size()) return {fallback};
+  for (const YAML::Node& experiment : table.experiments)
+    if (const YAML::Node given = table.place(experiment)[std::string(doc.name)]) return {YAML::Dump(given)};
+  return {"1"};
+}
+
+TEST(ScriptWords, EveryParameterAndEveryDocumentedWordIsReadFromAFile) {
+  std::size_t words = 0;
+  for (const Table& table : tables()) {
+    ASSERT_FALSE(table.experiments.empty()) << table.name << ": no shipped experiment has it";
+    for (const ValueDoc& doc : table.parameters) {
+      const std::string parameter(doc.name);
+      const auto choices = choices_of(doc);
+      for (const std::string& saying : sayings(table, doc)) {
+        std::string told;
+        const auto values = accepted(table, parameter, saying, told);
+        ASSERT_FALSE(values.empty()) << table.name << ": {" << parameter << ": " << saying << "}: " << told;
+        if (choices.empty()) continue;
+        const auto index = std::find(choices.begin(), choices.end(), saying) - choices.begin();
+        EXPECT_EQ(values.front().scalar(parameter), static_cast<double>(index)) << table.name << " " << parameter << ": " << saying;
+        ++words;
+      }
+      if (choices.empty()) continue;
+      std::string told;
+      EXPECT_TRUE(accepted(table, parameter, "no_such_word", told).empty());
+      EXPECT_NE(told.find(choices.back()), std::string::npos) << "the words are named: " << told;
+    }
+  }
+  EXPECT_GE(words, 20U);
+}
+
+TEST(ScriptWords, WordsAreReadForOneAgentToo) {
+  const auto read = [](const std::string& plant, const std::string& protocol) {
+    return parse_experiment("experiment: e\nagents: {count: 2, protocol: continuous_kalman_consensus, initial: {x: 0}, overrides: {2: {" +
+                                protocol + "}}}\ntopology: ring\n" + plant,
+                            "e.yaml", ".");
+  };
+  const Experiment e = read("", "parameters: {method: euler, self_term: true}");
+  EXPECT_EQ(e.overrides.at(AgentId{2}).parameters.scalar("method"), 1.0);
+  EXPECT_EQ(e.overrides.at(AgentId{2}).parameters.scalar("self_term"), 1.0);
+  YAML::Node beam = with_model("beam").front();
+  for (int agent = 1; agent <= beam["agents"]["count"].as<int>(); ++agent)
+    beam["plant"]["overrides"][std::to_string(agent)]["parameters"]["reduction"] = "finite_elements";
+  const Experiment whole = parse_experiment(YAML::Dump(beam), "e.yaml", kExperiments);
+  EXPECT_EQ(whole.plant->overrides.at(AgentId{1}).parameters.scalar("reduction"), 1.0);
+  EXPECT_NE(whole.resolved_text.find("reduction: finite_elements"), std::string::npos);
+}
+
+TEST(Schema, ListsTheNamesAndTheWordsOfTheTables) {
+  const auto schema = nlohmann::json::parse(experiment_schema());
+  const auto& definitions = schema["definitions"];
+  std::vector<std::string> protocols, plants;
+  for (const ProtocolEntry& entry : protocol_table()) protocols.emplace_back(entry.name);
+  for (const PlantEntry& entry : plant_table()) plants.emplace_back(entry.name);
+  EXPECT_EQ(definitions["protocol_name"]["anyOf"][0]["enum"], protocols);
+  EXPECT_EQ(definitions["plant_name"]["anyOf"][0]["enum"], plants);
+
+  const auto expect_words = [&](const nlohmann::json& properties, const ValueDoc& doc, std::string_view whose) {
+    const std::string name(doc.name);
+    ASSERT_TRUE(properties.contains(name)) << whose << ": the schema does not list the words of " << name;
+    const std::string pointer = properties[name].at("$ref").get<std::string>().substr(1);
+    const auto& listed = schema.at(nlohmann::json::json_pointer(pointer));
+    EXPECT_EQ(listed["enum"], choices_of(doc)) << whose << " " << name;
+    EXPECT_EQ(listed["default"], std::string(doc.fallback)) << whose << " " << name;
+  };
+  const auto& overrides = definitions["override"]["properties"]["parameters"]["properties"];
+  for (const ProtocolEntry& entry : protocol_table())
+    for (const ValueDoc& doc : entry.parameters) {
+      if (choices_of(doc).empty()) continue;
+      expect_words(definitions["protocol"]["oneOf"][1]["properties"], doc, entry.name);
+      expect_words(overrides, doc, entry.name);
+    }
+  for (const PlantEntry& entry : plant_table())
+    for (const ValueDoc& doc : entry.parameters) {
+      if (choices_of(doc).empty()) continue;
+      expect_words(definitions["plant"]["properties"]["model"]["oneOf"][1]["properties"], doc, entry.name);
+      expect_words(overrides, doc, entry.name);
+    }
+}
+
+}  // namespace
+}  // namespace consort
