@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace consort {
 namespace {
@@ -139,6 +140,7 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
   if (P == fields.end()) return;
   const auto size = static_cast<Eigen::Index>(n);
   const std::string whose = "nees of " + protocol.name;
+  constexpr double kLeastVariance = 1e-290;  // without process noise P may vanish
   double sum = 0.0, count = 0.0;
   for_each_late_report(trace, [&](const RoundReport& report) {
     for (std::size_t i = 0; i < trace.agents; ++i) {
@@ -147,6 +149,10 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
       Vector error = Vector::Zero(size);
       for_each_error(slots.front(), [&](std::size_t c, double value, double) { error[static_cast<Eigen::Index>(c)] = value; });
       const Matrix claimed = Eigen::Map<const Matrix>(report.estimates.data() + i * trace.dimension + at, size, size);
+      if (const double least = claimed.diagonal().minCoeff(); least >= 0.0 && least < kLeastVariance) {
+        sum = std::numeric_limits<double>::quiet_NaN();  // what is left of P says nothing
+        continue;
+      }
       const Eigen::LLT<Matrix> factor(claimed);
       if (factor.info() != Eigen::Success) refuse_matrix({whose, agent_at(i), report.k}, "P", claimed);
       // e^T P^-1 e

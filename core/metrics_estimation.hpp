@@ -24,6 +24,7 @@ void rmse(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics&
 /// 100 means over as many independent samples as the experiment has runs lie then, chi-square with n times runs degrees of freedom. The
 /// averages over agents and time are of samples that depend on each other; they only narrow the mean, so the bounds are wide for it: a
 /// mean outside contradicts P, one inside does not prove it.
+/// No number where a variance has vanished (below 1e-290), as it does without process noise.
 /// Throws RunError naming agent, round, size and condition where P is not positive definite.
 void nees(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 

@@ -129,6 +129,11 @@ TEST(Nees, NamesAgentAndRoundWhereACovarianceIsNone) {
   }
 }
 
+TEST(Nees, HasNoNumberWhereACovarianceHasVanished) {
+  for (const double left : {0.0, 1e-310, 1e-291})
+    EXPECT_TRUE(std::isnan(all_of(filter(Matrix::Identity(2, 2), Matrix(Vector{{1.0, left}}.asDiagonal()), 3)).at("nees"))) << left;
+}
+
 TEST(EstimationMetrics, SayNothingOfAgentsThatAgree) {
   Trace trace;
   trace.agents = 2;

@@ -127,6 +127,7 @@ std::vector<std::string> sayings(const Table& table, const ValueDoc& doc) {
 TEST(ScriptWords, EveryParameterAndEveryDocumentedWordIsReadFromAFile) {
   std::size_t words = 0;
   for (const Table& table : tables()) {
+    if (table.parameters.empty()) continue;
     ASSERT_FALSE(table.experiments.empty()) << table.name << ": no shipped experiment has it";
     for (const ValueDoc& doc : table.parameters) {
       const std::string parameter(doc.name);
