@@ -78,14 +78,14 @@ struct RobustInformationConsensus {
   struct Message {
     Mat Y;  ///< running sums, this round's share in them
     Vec y;
-    Mat Y_low;  ///< what rounding took from them
-    Vec y_low;
     Mat Y_given;  ///< this round's share
     Vec y_given;
     double since;  ///< first round of the sender
-    static constexpr std::array<std::string_view, 7> field_names{"Y_sum", "y_sum", "Y_low", "y_low", "Y_given", "y_given", "since"};
+    Mat Y_low;     ///< what rounding took from the running sums
+    Vec y_low;
+    static constexpr std::array<std::string_view, 7> field_names{"Y_sum", "y_sum", "Y_given", "y_given", "since", "Y_low", "y_low"};
     static constexpr std::string_view noisy_field = "y_sum";
-    static auto fields(auto& m) { return std::tie(m.Y, m.y, m.Y_low, m.y_low, m.Y_given, m.y_given, m.since); }
+    static auto fields(auto& m) { return std::tie(m.Y, m.y, m.Y_given, m.y_given, m.since, m.Y_low, m.y_low); }
   };
 
   static Params params(const Values&, Eigen::Index) { return {}; }
@@ -99,7 +99,7 @@ struct RobustInformationConsensus {
   static Message message(const Params&, const State& s, const Sense& sense) {
     const Mass given = share(s, sense) * s.s;
     const auto [sum, low] = running_sum(s, given, sense.k);
-    return {sum.Y, sum.y, low.Y, low.y, given.Y, given.y, s.since < 0 ? sense.k : s.since};
+    return {sum.Y, sum.y, given.Y, given.y, s.since < 0 ? sense.k : s.since, low.Y, low.y};
   }
 
   /// State at k + 1. Throws RunError on a Y that cannot be inverted.

@@ -41,11 +41,11 @@ struct UnbiasedInformationConsensus {
   struct Message {
     Vec x;
     Mat Y;
-    double e;
     double mu;  ///< listeners of the sender in the round of sending
-    static constexpr std::array<std::string_view, 4> field_names{"x", "Y", "exponent", "out_degree"};
+    double e;
+    static constexpr std::array<std::string_view, 4> field_names{"x", "Y", "out_degree", "exponent"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.Y, m.e, m.mu); }
+    static auto fields(auto& m) { return std::tie(m.x, m.Y, m.mu, m.e); }
   };
 
   static Params params(const Values&, Eigen::Index) { return {}; }
@@ -55,7 +55,7 @@ struct UnbiasedInformationConsensus {
     return settled({x, SpdInverse<N>(x.size(), {name, setup.self, 0})(P, "P_i(0)")});
   }
   static Message message(const Params&, const State& s, const Sense& sense) {
-    return {s.x, s.Y, s.e, static_cast<double>(sense.out_degree)};
+    return {s.x, s.Y, static_cast<double>(sense.out_degree), s.e};
   }
 
   /// State at k + 1: x (n x 1), Y (n x n, symmetric positive definite). Throws RunError on a Y that cannot be inverted.

@@ -46,11 +46,11 @@ struct UnbiasedKalmanConsensus {
   struct Message {
     Vec x;
     Mat P;
-    Vec e;
     double mu;  ///< listeners of the sender in the round of sending
-    static constexpr std::array<std::string_view, 4> field_names{"x", "P", "exponents", "out_degree"};
+    Vec e;
+    static constexpr std::array<std::string_view, 4> field_names{"x", "P", "out_degree", "exponents"};
     static constexpr std::string_view noisy_field = "x";
-    static auto fields(auto& m) { return std::tie(m.x, m.P, m.e, m.mu); }
+    static auto fields(auto& m) { return std::tie(m.x, m.P, m.mu, m.e); }
   };
 
   static Params params(const Values& values, Eigen::Index n) {
@@ -63,7 +63,7 @@ struct UnbiasedKalmanConsensus {
     return s;
   }
   static Message message(const Params&, const State& s, const Sense& sense) {
-    return {s.x, s.P, s.e, static_cast<double>(sense.out_degree)};
+    return {s.x, s.P, static_cast<double>(sense.out_degree), s.e};
   }
 
   /// State at k + 1: x (n x 1), P (n x n, symmetric positive definite). Throws RunError on a covariance that cannot be inverted.

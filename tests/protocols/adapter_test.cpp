@@ -100,12 +100,12 @@ TEST(Adapter, LaysFieldsOutColumnMajorAndNoiseOnTheState) {
   Matrix P(2, 2);
   P << 2.0, 0.5, 0.5, 3.0;
   const auto protocol = make("unbiased_kalman_consensus", {}, initial_of(Vector::LinSpaced(2, 7.0, 8.0), P));
-  const Layout expected{{{"x", 2, 1}, {"P", 2, 2}, {"exponents", 2, 1}, {"out_degree", 1, 1}}, 0, 2};
+  const Layout expected{{{"x", 2, 1}, {"P", 2, 2}, {"out_degree", 1, 1}, {"exponents", 2, 1}}, 0, 2};
   EXPECT_EQ(protocol->message_layout(), expected);
   EXPECT_EQ(protocol->estimate_layout(), (Layout{{{"x", 2, 1}}, 0, 0}));
   std::vector<double> payload(9);
   protocol->emit(Sense{0, 1.0, {}, 3, {}}, payload);
-  EXPECT_EQ(payload, (std::vector<double>{7.0, 8.0, 2.0, 0.5, 0.5, 3.0, 0.0, 0.0, 3.0}));
+  EXPECT_EQ(payload, (std::vector<double>{7.0, 8.0, 2.0, 0.5, 0.5, 3.0, 3.0, 0.0, 0.0}));
 }
 
 TEST(Adapter, DimensionsInsideAndOutsideTheTableAgree) {
