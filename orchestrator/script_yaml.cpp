@@ -249,7 +249,7 @@ std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node,
 
 double first_round_from(double rounds) {
   const double nearest = std::round(rounds);
-  return std::abs(rounds - nearest) <= 1e-9 * nearest ? nearest : std::ceil(rounds);
+  return std::abs(rounds - nearest) <= 1e-9 * std::max(nearest, 1.0) ? nearest : std::ceil(rounds);
 }
 
 void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {

@@ -91,7 +91,7 @@ std::optional<Matrix> read_matrix(Mistakes&, const YAML::Node&, const std::strin
 /// "60 s", "500 ms", "2 min" or a number of seconds; above 0, or from 0 with `zero`.
 std::optional<Seconds> read_duration(Mistakes&, const YAML::Node&, const std::string& what, bool zero = false);
 /// `rounds` (a time over dt) as the number of the first round that begins at or after it. What lies within a billionth of a round's
-/// beginning is that round: 0.3 s of dt = 0.1 s is round 3.
+/// beginning (of its time; of a round, at the start) is that round: 0.3 s of dt = 0.1 s is round 3.
 double first_round_from(double rounds);
 
 /// Reports keys that occur twice, anywhere in the document.

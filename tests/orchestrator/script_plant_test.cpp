@@ -118,6 +118,7 @@ TEST(ScriptEvents, ActInTheFirstRoundThatBeginsAtTheirTimeOrAfter) {
   EXPECT_EQ(round_of("0.3", "1.1999999999"), 4u);
   EXPECT_EQ(round_of("0.3", "0.01"), 1u);
   EXPECT_EQ(round_of("0.3", "0"), 0u);
+  EXPECT_EQ(round_of("0.3", "1e-12"), 0u);
   EXPECT_EQ(round_of("0.1", "0.3"), 3u) << "0.3 / 0.1 is a little below 3 in double";
   EXPECT_EQ(round_of("0.001", "15 s"), 15'000u);
   for (const int k : {1, 7, 49, 9'999, 123'457}) EXPECT_EQ(round_of("0.01", std::to_string(k) + "0 ms"), static_cast<Round>(k));
