@@ -9,6 +9,12 @@
 namespace consort {
 namespace {
 
+/// What a run grants fits together; what two grant does not.
+std::string two_masters(Round round) {
+  return "round " + std::to_string(round) +
+         " was granted twice, or never: do two `consort run` with the same --name and key go on at once?";
+}
+
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 constexpr Round kForever = std::numeric_limits<Round>::max();
 
@@ -123,7 +129,7 @@ void Lockstep::grant(const wire::Grant& grant) {
   for (const Member& member : members_) slowest_round = std::min(slowest_round, member.k);
   while (segments_.size() > 1 && segments_[1].first <= slowest_round) segments_.pop_front();
   for (const wire::Segment& segment : grant.segments) {
-    check(segments_.empty() || segments_.back().first < segment.first, "grants come in order");
+    if (!segments_.empty() && segments_.back().first >= segment.first) throw RunError(two_masters(segment.first));
     if (segment.graph >= graphs_.size()) graphs_.resize(segment.graph + 1);
     if (segment.stated) graphs_[segment.graph] = topology_from(*segment.stated);
     if (!graphs_[segment.graph] && segment.first < first_) continue;  // stated before this process joined, and over by then
@@ -217,7 +223,7 @@ bool Lockstep::receive(const wire::Information& message) {
 
 void Lockstep::emit(std::size_t index) {
   Member& member = members_[index];
-  check(find_topology(member), "every granted round has a topology");
+  if (!find_topology(member)) throw RunError(two_masters(member.k));
   tell(member, true);
   find_neighbours(member);
   const Sense sense = sense_of(member);

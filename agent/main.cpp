@@ -1,11 +1,10 @@
 #include "agent/node.hpp"
+#include "core/id_list.hpp"
 #include "idl/run_process.hpp"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <cctype>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -24,34 +23,8 @@ constexpr const char* kHelp =
 The processes of a run know each other by its key, in the environment variable CONSORT_KEY: `consort run` prints it with the command to
 enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to
 stderr and leaves when the run ends.
-Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
-
-/// "7", "1-25" or "1,4,9-12" -> ids, ascending.
-std::vector<AgentId> parse_ids(const std::string& text) {
-  std::set<std::uint32_t> ids;
-  std::size_t at = 0;
-  const auto number = [&] {
-    std::size_t used = 0;
-    unsigned long value = 0;
-    if (at < text.size() && std::isdigit(static_cast<unsigned char>(text[at]))) value = std::stoul(text.substr(at, 9), &used);
-    if (used == 0 || value == 0) throw ConfigError("--ids " + text + ": expected ids from 1 on such as 7, 1-25 or 1,4,9-12");
-    at += used;
-    return static_cast<std::uint32_t>(value);
-  };
-  while (true) {
-    const std::uint32_t first = number();
-    std::uint32_t last = first;
-    if (at < text.size() && text[at] == '-') ++at, last = number();
-    if (last < first || last - first >= 100'000)
-      throw ConfigError("--ids " + text + ": " + std::to_string(first) + "-" + std::to_string(last) + " is not a range");
-    for (std::uint32_t id = first; id <= last; ++id) ids.insert(id);
-    if (at == text.size()) break;
-    if (text[at++] != ',') throw ConfigError("--ids " + text + ": expected ids such as 7, 1-25 or 1,4,9-12");
-  }
-  std::vector<AgentId> agents;
-  for (const std::uint32_t id : ids) agents.push_back(AgentId{id});
-  return agents;
-}
+Exit codes: 0 the run ended; 2 bad options; 3 the run failed, refused this process, or its orchestrator disappeared; 4 no run was met
+(--wait), or with --wait 0 its orchestrator disappeared; 130, 143 interrupted.)";
 
 }  // namespace
 
@@ -60,11 +33,13 @@ int main(int argc, char** argv) {
     const auto log = std::make_shared<spdlog::logger>("agent " + options.ids, std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return [options, agents = parse_ids(options.ids)](const wire::Participant& participant) {
+    std::vector<AgentId> agents;
+    for (const std::uint32_t id : parse_ids("--ids", options.ids)) agents.push_back(AgentId{id});
+    return [options, agents](const wire::Participant& participant) {
       return std::make_unique<Node>(participant, NodeOptions{.agents = agents,
                                                              .first_epoch = options.first_epoch,
                                                              .first_round = options.first_round,
-                                                             .launched = options.orchestrator != 0,
+                                                             .meeting = options.meeting(),
                                                              .lossy = options.lossy()});
     };
   });

@@ -21,8 +21,7 @@ std::string host_name() {
 }  // namespace
 
 Node::Node(const wire::Participant& participant, NodeOptions options)
-    : RunMember(options.launched),
-      participant_(participant),
+    : RunMember(participant, options.meeting),
       options_(std::move(options)),
       host_(host_name()),
       presence_(participant, liveliness_lease()),
@@ -169,9 +168,9 @@ void Node::on_announcement(wire::Layouts&& layouts) {
 
 void Node::run() {
   Lock lock(mutex_);
-  announce(lock, wire::State::hello);
+  const bool met = meet_run(lock);  // who is refused tells nobody: the run knows
   try {
-    serve(lock);
+    if (met) serve(lock);
   } catch (const std::exception& failure) {
     if (!lock.owns_lock()) lock.lock();
     announce(lock, wire::State::failed, failure.what());
@@ -185,6 +184,8 @@ void Node::run() {
   lock.unlock();
   if (liveliness_lease()) presence_.wait_for_acknowledgments(2.0);  // else it would seem to have died
 }
+
+void Node::tell(const std::string& line) const { spdlog::info(line); }
 
 void Node::serve(Lock& lock) {
   while (true) {
@@ -205,7 +206,7 @@ void Node::serve(Lock& lock) {
     if ((orphaned_ || orchestrator_lost_) && lockstep_)
       for (const std::string& line : in_words(lockstep_->take_all())) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
-    if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
+    if (orchestrator_lost_) lose_orchestrator();
     if (assigned_) begin_run(lock);
     if (!to_pass_on_.empty()) pass_on(lock);
     if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);  // and neither greets nor is ready any more

@@ -17,7 +17,7 @@ struct NodeOptions {
   std::vector<AgentId> agents;    ///< hosted here, ascending
   std::uint32_t first_epoch = 0;  ///< in that run, it takes part
   Round first_round = 0;          ///< from this round on, not in an earlier stay
-  bool launched = false;          ///< by an orchestrator on this host, whose death is noticed by other means than DDS
+  Meeting meeting;                ///< how it comes into the run
   bool lossy = false;             ///< packets may be lost on the way
 };
 
@@ -40,6 +40,8 @@ class Node final : public RunMember {
   void come_back(std::span<const AgentId> agents, Round round) override;
 
   // Called on the main thread.
+  void say_hello(Lock& lock) override { announce(lock, wire::State::hello); }
+  void tell(const std::string& line) const override;
   void serve(Lock& lock);
   void begin_run(Lock& lock);
   void meet_neighbours(Lock& lock);
@@ -60,7 +62,6 @@ class Node final : public RunMember {
   [[nodiscard]] Round met_until() const;
   [[nodiscard]] std::string unmet() const;
 
-  wire::Participant participant_;
   NodeOptions options_;
   std::string host_;
 

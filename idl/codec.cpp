@@ -602,12 +602,14 @@ consort_wire_Command encode(const Command& in, Arena& arena) {
   out.kind = static_cast<std::uint8_t>(in.order);
   out.round = in.round;
   out.agents = ids<decltype(out.agents)>(in.agents, arena);
+  put_cut(out.to, in.to);
+  put_cut(out.note, in.note);
   return out;
 }
 
 Command decode(const consort_wire_Command& in) {
-  require(in.kind <= static_cast<std::uint8_t>(Order::come_back), "kind");
-  return {in.epoch, static_cast<Order>(in.kind), agent_ids(in.agents, "agents"), in.round};
+  require(in.kind <= static_cast<std::uint8_t>(Order::refused), "kind");
+  return {in.epoch, static_cast<Order>(in.kind), agent_ids(in.agents, "agents"), in.round, text(in.to), text(in.note)};
 }
 
 consort_wire_Layout encode(const Layouts& in, Arena& arena) {

@@ -22,6 +22,13 @@ namespace consort {
 /// A process that no parent waits for shows so often that it is alive, and is gone when it has not for so long (s).
 constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
 
+/// How a process comes into its run.
+struct Meeting {
+  bool launched = false;  ///< by an orchestrator on this host, which waits for it and whose death is noticed by other means than DDS
+  double wait = 60.0;     ///< s; who is not launched gives up when it has met nobody by then; 0: never
+  std::string sought = "its run";  ///< what it looks for, for a person
+};
+
 class RunMember {
  public:
   RunMember(const RunMember&) = delete;
@@ -43,11 +50,21 @@ class RunMember {
   using Lock = std::unique_lock<std::mutex>;
   static constexpr std::uint32_t kGreeting = 0;  ///< epoch of a greeting; those of runs count from 1
 
-  /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
-  explicit RunMember(bool launched) : launched_(launched) {}
+  RunMember(const wire::Participant& participant, Meeting meeting) : participant_(participant), meeting_(std::move(meeting)) {}
+
+  /// Says hello until the orchestrator has answered: who is not launched may be one too many, and does nothing before. False: it is to end.
+  /// Throws RunError saying why if the run does not want this process, TimeoutError if there is no run for so long.
+  bool meet_run(Lock& lock);
+  /// Who would have waited for its run for ever will meet the next one, once somebody starts it again: its exit code says so.
+  [[noreturn]] void lose_orchestrator() const;
+  virtual void say_hello(Lock& lock) = 0;
+  /// For the log.
+  virtual void tell(const std::string& line) const = 0;
 
   /// For Presence.
-  [[nodiscard]] std::optional<double> liveliness_lease() const { return launched_ ? std::nullopt : std::optional(kSignOfLifeLease); }
+  [[nodiscard]] std::optional<double> liveliness_lease() const {
+    return meeting_.launched ? std::nullopt : std::optional(kSignOfLifeLease);
+  }
 
   /// These agents are gone; called under the lock.
   virtual void depart(std::span<const AgentId> agents) = 0;
@@ -85,6 +102,12 @@ class RunMember {
           else if (!finish_)
             depart(command.agents);
           break;
+        case wire::Order::welcome:
+          welcomed_ = welcomed_ || command.to == participant_.guid();
+          break;
+        case wire::Order::refused:
+          if (!welcomed_ && command.to == participant_.guid()) refusal_ = command.note;
+          break;
         case wire::Order::come_back:
           if (command.epoch == epoch_ && !finish_) come_back(command.agents, command.round);
           break;
@@ -119,7 +142,7 @@ class RunMember {
 
   void on_orchestrator(std::size_t writers) {
     guarded([&] {
-      orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !launched_;
+      orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !meeting_.launched;
       orchestrator_writers_ = writers;
       if (orchestrator_lost_) wake_.notify_one();
     });
@@ -145,9 +168,15 @@ class RunMember {
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
        orchestrator_lost_ = false, ended_ = false;
 
+  wire::Participant participant_;
+
  private:
-  bool launched_;
+  [[nodiscard]] std::string objection_to_orchestrators() const;
+
+  Meeting meeting_;
   std::size_t orchestrator_writers_ = 0;
+  bool welcomed_ = false;
+  std::string refusal_;  // the run's reason not to want this process
 };
 
 }  // namespace consort

@@ -2,6 +2,7 @@
 
 #include "core/build.hpp"
 #include "core/errors.hpp"
+#include "core/id_list.hpp"
 #include "core/nearest.hpp"
 #include "core/option_text.hpp"
 #include "idl/dds_log.hpp"
@@ -43,6 +44,7 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
         meaning);
   };
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  constexpr double kLongestWait = 1e9;  // s
   if (hosts_agents) app.add_option("--ids,--id", options.ids, "agents to host: 7, 1-25 or 1,4,9-12")->required();
   app.set_version_flag("--version", version_text(app.get_name()));
   app.add_option("--run", options.run, "name of the run, as `consort run` prints it")->required();
@@ -54,7 +56,8 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
   app.add_option("--data", options.data, "how messages travel with multicast discovery")
       ->check(CLI::IsMember({"unicast", "multicast"}))
       ->capture_default_str();
-  whole("--port", options.port, 1024, 65000, "neighbours discovery: own UDP port");
+  whole("--port", options.port, 1024, 65000,
+        "neighbours discovery: own UDP port; multicast: first of those of the run (default: those of the domain)");
   app.add_option("--neighbour-ports", options.neighbour_ports,
                  "neighbours discovery: UDP ports on this host to announce to, comma separated");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
@@ -64,6 +67,11 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
       "--transport-loss",
       [&options](const std::string& text) { options.transmit_loss = number_option("--transport-loss", text, 0.0, 0.9); },
       "share of outgoing packets to throw away, for experiments");
+  app.add_option_function<std::string>(
+         "--wait", [&options](const std::string& text) { options.wait = number_option("--wait", text, 0.0, kLongestWait); },
+         "how long to look for the run, in seconds; 0: for ever")
+      ->default_str("60");
+  app.add_option("--build", options.build, "of the orchestrator that starts this process; another one is refused");
   whole("--orchestrator-pid", options.orchestrator, 1, std::numeric_limits<pid_t>::max(), "leave when this parent process dies");
 }
 
@@ -79,14 +87,23 @@ dds::configuration::Settings settings_of(const RunProcessOptions& options, bool 
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   settings.writer_linger = std::chrono::milliseconds(0);  // whoever needs to know that something arrived waits for it
   settings.lease_duration = options.orchestrator == 0 ? std::chrono::milliseconds(2000) : dds::configuration::kLongestLease;
+  if (options.port != 0 && !options.tuned) settings.spdp_interval = std::chrono::milliseconds(2000);
+  if (options.port != 0) settings.port_base = static_cast<std::uint16_t>(options.port);
   if (options.discovery == "neighbours") {
     settings.discovery = dds::configuration::Discovery::neighbours;
-    settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0, options.domain));
-    settings.spdp_interval = std::chrono::milliseconds(2000);
+    settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0));
     std::stringstream ports(options.neighbour_ports);
     for (std::string port; std::getline(ports, port, ',');) settings.neighbours.push_back("127.0.0.1:" + port);
   }
   return settings;
+}
+
+void expect_build(const std::string& word) {
+  if (word.empty()) return;
+  const wire::Build own = wire::Build::own(), orchestrators = wire::Build::from_word(word);
+  if (!own.fits(orchestrators))
+    throw RunError("this program is " + own.text() + ", the `consort` that started it " + orchestrators.text() +
+                   ": build or install all three programs together");
 }
 
 /// Is told when the orchestrator that started it dies; one that is gone already is noticed too. The signal is SIGCONT, which reaches a
@@ -158,7 +175,7 @@ class SignsOfLife {
 };
 
 /// Joins the run's domain, makes the member and runs it. The exit code.
-int serve(const RunProcessOptions& options, bool hosts_agents, const MakeMember& make) {
+int serve(const RunProcessOptions& options, const RunProgram& program, const MakeMember& make) {
   const auto key = wire::RunKey::of_environment();
   sigset_t signals;
   sigemptyset(&signals);
@@ -169,10 +186,10 @@ int serve(const RunProcessOptions& options, bool hosts_agents, const MakeMember&
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
   wire::DdsLog::of_this_process().write_to([](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); });
-  const dds::domain::Domain domain(options.domain,
-                                   dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, hosts_agents))));
-  dds::domain::DomainParticipant entity(domain);
-  const wire::Participant participant(entity, key);
+  const dds::domain::Domain domain(
+      options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, program.hosts_agents))));
+  const wire::Participant participant(domain, {program.name, wire::Build::own(), options.ids}, key);
+  dds::domain::DomainParticipant entity = participant;
   const std::unique_ptr<RunMember> member = make(participant);
   std::optional<SignsOfLife> signs;
   if (options.orchestrator == 0) signs.emplace(entity);
@@ -185,15 +202,24 @@ int serve(const RunProcessOptions& options, bool hosts_agents, const MakeMember&
 
 }  // namespace
 
+Meeting RunProcessOptions::meeting() const {
+  const std::string ports =
+      port == 0 && discovery == "multicast" ? ", UDP port " + std::to_string(7400 + 250 * domain) + " for discovery" : std::string();
+  return {orchestrator != 0, wait,
+          "run " + run + " (its DDS discovery tag) in DDS domain " + std::to_string(domain) + " on interface " + interface + ports};
+}
+
 int run_process(const RunProgram& program, int argc, char** argv, const std::function<MakeMember(const RunProcessOptions&)>& prepare) {
   RunProcessOptions options;
   CLI::App app(program.help, program.name);
   add_options(app, options, program.hosts_agents);
   try {
     app.parse(argc, argv);
+    expect_build(options.build);
     die_with(options.orchestrator);
+    if (program.hosts_agents) options.ids = to_text(parse_ids("--ids", options.ids));
     const MakeMember make = prepare(options);
-    return serve(options, program.hosts_agents, make);
+    return serve(options, program, make);
   } catch (const CLI::ExtrasError&) {
     std::vector<std::string> known;
     for (const CLI::Option* each : app.get_options())
@@ -205,6 +231,9 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
   } catch (const ConfigError& failure) {
     std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
     return static_cast<int>(Exit::bad_input);
+  } catch (const TimeoutError& failure) {
+    std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
+    return static_cast<int>(Exit::timed_out);
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "%s: out of memory\n", program.name);
     return static_cast<int>(Exit::run_failed);

@@ -19,8 +19,11 @@ struct RunProcessOptions {
   std::uint32_t first_epoch = 0, first_round = 0;
   bool tuned = false;
   double transmit_loss = 0.0;
+  double wait = 60.0;
+  std::string build;  ///< of the orchestrator that started it
   pid_t orchestrator = 0;
 
+  [[nodiscard]] Meeting meeting() const;
   /// Packets may be lost on the way: not within a host, unless the experiment wants it.
   [[nodiscard]] bool lossy() const { return interface != "lo" || transmit_loss > 0.0; }
 };

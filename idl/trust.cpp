@@ -40,7 +40,8 @@ RunKey::RunKey() : RunKey(std::string_view{}) {}
 
 RunKey::RunKey(std::string_view secret) {
   if (sodium_init() < 0) throw RunError("libsodium cannot be used on this machine");
-  hash(bytes_, secret, {}, {});
+  const std::string wire = Build::own().wire;
+  hash(bytes_, secret, {}, std::span(reinterpret_cast<const unsigned char*>(wire.data()), wire.size()));
 }
 
 RunKey::Badge RunKey::badge(const dds_guid_t& participant, std::string_view topic) const {
@@ -92,10 +93,22 @@ std::vector<Refusal> Refusals::take() {
   return std::exchange(refusals_, {});
 }
 
+std::vector<Refusal> Refusals::seen() const {
+  const std::lock_guard lock(mutex_);
+  return refusals_;
+}
+
 // --- participant ------------------------------------------------------------------------------------------------------
 
 Participant::Participant(const dds::domain::DomainParticipant& entity, const RunKey& key)
     : shared_(std::make_shared<Shared>(entity, key)) {}
+
+Participant::Participant(const dds::domain::Domain& domain, const Card& card, const RunKey& key)
+    : Participant(
+          dds::domain::DomainParticipant(domain, dds::domain::qos::DomainParticipantQos() << dds::core::policy::UserData(card.bytes())),
+          key) {}
+
+std::string Participant::guid() const { return hexadecimal(shared_->guid.v); }
 
 dds::core::policy::UserData Participant::badge(std::string_view topic) const {
   return dds::core::policy::UserData(shared_->key.badge(shared_->guid, topic));
@@ -124,12 +137,27 @@ std::vector<Refusal> Participant::take_refusals() const {
   return all;
 }
 
-void Participant::name(Refusal& refusal, dds::core::InstanceHandle writer) const {
+Sender Participant::sender(dds::core::InstanceHandle writer) const {
+  Sender sender;
   const auto found = shared_->writers.find(writer);
-  if (!found) return;
-  refusal.writer = hexadecimal(found->participant_key.v);
+  if (!found) return sender;
+  sender.guid = hexadecimal(found->participant_key.v);
   const dds::domain::ParticipantBuiltinTopicData process = shared_->participants.find(found->participant_key);
-  if (!process.pid.empty()) refusal.who = process.process + " (pid " + process.pid + " on " + process.host + ")";
+  sender.card = Card::of(process.user_data);
+  if (process.pid.empty()) return sender;
+  const std::string agents = sender.card && !sender.card->ids.empty() ? " of agents " + sender.card->ids : std::string();
+  sender.who = process.process + agents + " (pid " + process.pid + " on " + process.host + ")";
+  return sender;
+}
+
+void Participant::name(Refusal& refusal, dds::core::InstanceHandle writer) const {
+  const Sender sender = this->sender(writer);
+  refusal.writer = sender.guid;
+  refusal.who = sender.who;
+  if (refusal.reason != Refusal::Reason::stranger || !sender.card) return;
+  const bool same_wire = sender.card->build.wire == Build::own().wire;
+  refusal.reason = same_wire ? Refusal::Reason::key : Refusal::Reason::build;
+  if (!same_wire) refusal.who += ", which is " + sender.card->build.text();
 }
 
 // --- gate -------------------------------------------------------------------------------------------------------------

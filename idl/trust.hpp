@@ -6,6 +6,7 @@
 ///
 /// This keeps out whoever takes part through DDS. It does not encrypt, and whoever forges network packets needs DDS Security against him.
 
+#include "idl/card.hpp"
 #include "idl/refusal.hpp"
 
 #include <dds/dds.hpp>
@@ -28,7 +29,7 @@ class RunKey {
   using Badge = std::array<unsigned char, 16>;
 
   RunKey();
-  /// Of any text.
+  /// Of any text. Processes whose wires differ have different keys whatever the secret: neither takes a sample of the other.
   explicit RunKey(std::string_view secret);
   /// Keyed hash (BLAKE2b) of the participant's GUID and the topic's name.
   [[nodiscard]] Badge badge(const dds_guid_t& participant, std::string_view topic) const;
@@ -50,9 +51,10 @@ class Refusals {
  public:
   void add(Refusal refusal);
   std::vector<Refusal> take();
+  [[nodiscard]] std::vector<Refusal> seen() const;
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::vector<Refusal> refusals_;  // few: at most kMost
 };
 
@@ -61,6 +63,8 @@ class Participant {
  public:
   /// Implicit: a participant without a key trusts those without one.
   Participant(const dds::domain::DomainParticipant& entity, const RunKey& key = {});
+  /// One that says what it is.
+  Participant(const dds::domain::Domain& domain, const Card& card, const RunKey& key);
 
   operator const dds::domain::DomainParticipant&() const { return shared_->entity; }
   /// What an endpoint of this participant shows.
@@ -68,12 +72,19 @@ class Participant {
   using Kind = dds::domain::DiscoveredEndpoints::Kind;
   /// Does that endpoint belong to the run?
   [[nodiscard]] bool trusts(Kind kind, dds::core::InstanceHandle endpoint) const;
-  /// Writes the participant and the process behind a writer into the refusal, as far as they are known.
+  /// Its name on the network, as Sender has those of others.
+  [[nodiscard]] std::string guid() const;
+  /// Who is behind a writer.
+  [[nodiscard]] Sender sender(dds::core::InstanceHandle writer) const;
+  /// Writes the participant and the process behind a writer into the refusal, as far as they are known. Of a stranger that is a process of
+  /// Consort it says what is wrong with it.
   void name(Refusal& refusal, dds::core::InstanceHandle writer) const;
 
   void refuse(Refusal refusal) const { shared_->refusals.add(std::move(refusal)); }
   /// Also what DDS could not read, whosever it is.
   std::vector<Refusal> take_refusals() const;
+  /// The same without what DDS could not read, and leaving them where they are.
+  [[nodiscard]] std::vector<Refusal> refusals() const { return shared_->refusals.seen(); }
 
  private:
   struct Shared {

@@ -52,7 +52,7 @@ struct TopicOf<Grant> {
 template <>
 struct TopicOf<Command> {
   using Wire = consort_wire_Command;
-  static constexpr const char* name = "consort_command";
+  static constexpr const char* name = kCommandTopic;
 };
 template <>
 struct TopicOf<Layouts> {
@@ -62,7 +62,7 @@ struct TopicOf<Layouts> {
 template <>
 struct TopicOf<Presence> {
   using Wire = consort_wire_Presence;
-  static constexpr const char* name = "consort_presence";
+  static constexpr const char* name = kPresenceTopic;
 };
 template <>
 struct TopicOf<Telemetry> {
@@ -272,49 +272,46 @@ template class Reader<Telemetry>;
 
 struct PresenceReader::Impl {
   using Wire = consort_wire_Presence;
-  Impl(const Participant& participant, std::function<void(Presence&&)> on_data, std::function<void(std::uint32_t, bool)> on_liveliness)
-      : gate(participant, TopicOf<Presence>::name, Gate::Kind::writers),
+  Impl(const Participant& participant, std::function<void(Presence&&)> on_data, std::function<void(const std::string&, bool)> on_liveliness)
+      : self(participant),
+        gate(participant, TopicOf<Presence>::name, Gate::Kind::writers),
         reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<Presence>::name),
                steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<Presence>::name),
                listener(std::move(on_data), std::move(on_liveliness))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(Presence&&)> on_data,
-                                              std::function<void(std::uint32_t, bool)> on_liveliness) {
+                                              std::function<void(const std::string&, bool)> on_liveliness) {
     dds::sub::DataReaderListener<Wire> result;
     result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
       take_all(gate, source, [&](Presence&& presence, Gate::Handle writer) {
-        remember(writer, presence.process);
+        presence.sender = sender(writer);
         on_data(std::move(presence));
       });
     };
     result.on_liveliness_changed = [this, on_liveliness = std::move(on_liveliness)](auto&, const auto& status) {
-      const auto process = process_of(status.last_publication_handle());
-      if (process && (status.not_alive_count_change() > 0 || status.alive_count_change() > 0))
-        on_liveliness(*process, status.alive_count_change() > 0);
+      if (status.not_alive_count_change() > 0 || status.alive_count_change() > 0)
+        on_liveliness(sender(status.last_publication_handle()).guid, status.alive_count_change() > 0);
     };
     result.on_subscription_matched = judge_writers(gate);
     return result;
   }
 
-  void remember(Gate::Handle writer, std::uint32_t process) {
+  Sender sender(Gate::Handle writer) {
     const std::lock_guard lock(mutex);
-    processes[writer] = process;
+    auto known = senders.find(writer);
+    if (known == senders.end()) known = senders.emplace(writer, self.sender(writer)).first;
+    return known->second;
   }
 
-  std::optional<std::uint32_t> process_of(Gate::Handle writer) {
-    const std::lock_guard lock(mutex);
-    const auto known = processes.find(writer);
-    return known == processes.end() ? std::nullopt : std::optional(known->second);
-  }
-
+  Participant self;
   Gate gate;
   std::mutex mutex;
-  std::map<Gate::Handle, std::uint32_t> processes;  // by their writer
+  std::map<Gate::Handle, Sender> senders;  // by their writer
   dds::sub::DataReader<Wire> reader;
 };
 
 PresenceReader::PresenceReader(const Participant& participant, std::function<void(Presence&&)> on_data,
-                               std::function<void(std::uint32_t, bool)> on_liveliness)
+                               std::function<void(const std::string&, bool)> on_liveliness)
     : impl_(std::make_unique<Impl>(participant, std::move(on_data), std::move(on_liveliness))) {}
 PresenceReader::~PresenceReader() = default;
 PresenceReader::PresenceReader(PresenceReader&&) noexcept = default;

@@ -37,6 +37,9 @@ struct Member {
   Attendance presence;
 };
 
+constexpr const char* kCommandTopic = "consort_command";
+constexpr const char* kPresenceTopic = "consort_presence";
+
 /// Half a grant window is never longer, in rounds (nor shorter than a report interval).
 constexpr Round kLargestHalfWindow = 512;
 /// Nobody is ever granted more rounds beyond the slowest agent: so much is kept for later by who is ahead and by who hears of it.
@@ -97,12 +100,14 @@ struct Grant {
   bool whole = false;          ///< the report at report_at says how each agent stands, and its links
 };
 
-enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back };
+enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back, welcome, refused };
 struct Command {
   std::uint32_t epoch = 0;
   Order order = Order::status;
   std::vector<AgentId> agents = {};  ///< departed: all that are gone so far, ascending; come_back: who does
   Round round = 0;                   ///< come_back: from this one on
+  std::string to = {};               ///< welcome, refused: GUID of the participant that is meant
+  std::string note = {};             ///< refused: why
 };
 
 /// A view: `values` is valid during the call it is handed to.
@@ -143,6 +148,7 @@ struct Presence {
   AgentId waiting_agent;
   std::vector<AgentId> waiting_for;
   std::string note;
+  Sender sender = {};  ///< not sent: whoever reads it learns it from DDS
 };
 
 struct MemberReport {
@@ -204,11 +210,12 @@ class Reader {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Reads Presence, and is told when a process that wrote with a liveliness lease falls silent (false) and is heard again (true).
+/// Reads Presence, and is told when a process (GUID of its participant) that wrote with a liveliness lease falls silent (false) and is
+/// heard again (true).
 class PresenceReader {
  public:
   PresenceReader(const Participant& participant, std::function<void(Presence&&)> on_data,
-                 std::function<void(std::uint32_t process, bool alive)> on_liveliness);
+                 std::function<void(const std::string& sender, bool alive)> on_liveliness);
   ~PresenceReader();
   PresenceReader(PresenceReader&&) noexcept;
 

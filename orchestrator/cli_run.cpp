@@ -1,4 +1,5 @@
 #include "agent/registry.hpp"
+#include "core/id_list.hpp"
 #include "core/option_text.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
@@ -22,9 +23,12 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <set>
 
 namespace consort {
 namespace {
+
+constexpr double kWaitByHand = 60.0;  // s, as the line to enter says it: what consort-agent takes without being told
 
 std::atomic<int> g_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
@@ -71,6 +75,7 @@ class Scribe : public RunObserver {
     record_->begin_run(job, experiment_, layouts);
     unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
     job_began_ = std::chrono::steady_clock::now();
+    for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
     if (progress_) progress_->run_begins(job, layouts);
   }
   void report(const Job& job, const RoundReport& report) override {
@@ -91,6 +96,10 @@ class Scribe : public RunObserver {
 
   void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
 
+  void remark(const std::string& text) override {
+    note(text);
+    remarks_.push_back(text);
+  }
   void note(const std::string& text) {
     if (progress_) progress_->note(text);
   }
@@ -120,6 +129,7 @@ class Scribe : public RunObserver {
   std::optional<Record> record_;
   Results results_;
   std::optional<Progress> progress_;
+  std::vector<std::string> remarks_;  // from before the first job
   SessionTimes times_;
   Round round_ = 0;
   std::optional<JobOutcome> unfinished_;  // what the job that is going on has reported
@@ -143,7 +153,8 @@ class RunVerb : public Verb {
   std::string mode_, run_name_, interface_ = "lo";
   ScriptOverrides overrides_;
   std::optional<int> domain_;
-  std::vector<std::uint32_t> external_;
+  std::vector<std::string> external_texts_;
+  std::vector<std::uint32_t> external_;  // ascending; 0: the plant
   bool quiet_ = false, force_ = false;
 
   Experiment experiment_;
@@ -203,9 +214,10 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
   app_.add_option("--interface", interface_,
                   "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
       ->type_name("NAME");
-  app_.add_option("--external", external_, "Agents that are started by hand, comma-separated, 0 for the plant; they are waited for.")
+  app_.add_option("--external", external_texts_,
+                  "Agents that are started by hand, such as 7, 11-40 or 0,3,11-40, with 0 for the plant; they are waited for.")
       ->type_name("IDS")
-      ->delimiter(',');
+      ->allow_extra_args(false);
 }
 
 void RunVerb::check_options() const {
@@ -239,6 +251,11 @@ void RunVerb::check_options() const {
   }
 }
 
+std::set<std::uint32_t> ids_in(const std::string& text) {
+  const std::vector<std::uint32_t> ids = parse_ids("--external", text, 0);
+  return {ids.begin(), ids.end()};
+}
+
 std::filesystem::path RunVerb::make_output() const {
   if (output_option_.empty()) return create_results_folder("results", experiment_.name, std::time(nullptr));
   claim_output_folder(output_option_);
@@ -270,10 +287,28 @@ bool estimates(const Experiment& experiment) {
                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
 }
 
+/// What to enter for each process that is not started here.
+std::vector<std::string> commands_by_hand(const RunOptions& options) {
+  std::vector<std::string> lines;
+  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", options.run_name, options.domain,
+                                         options.interface == "lo" ? "" : " --interface " + options.interface, kWaitByHand);
+  if (options.external_plant)
+    lines.push_back(fmt::format("waiting for the plant: {}={} consort-plant {}", kRunKeyVariable, options.key, common));
+  if (options.external.empty()) return lines;
+  std::vector<std::uint32_t> ids;
+  for (const AgentId agent : options.external) ids.push_back(agent.value);
+  lines.push_back(fmt::format("waiting for agent{} {}: {}={} consort-agent --id ID {}", ids.size() == 1 ? "" : "s", to_text(ids),
+                              kRunKeyVariable, options.key, common));
+  return lines;
+}
+
 Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
 
 Exit RunVerb::execute() {
   if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
+  std::set<std::uint32_t> external;
+  for (const std::string& text : external_texts_) external.merge(ids_in(text));
+  external_.assign(external.begin(), external.end());
   experiment_ = load_experiment(file_, overrides_);
   check_options();
   const std::vector<Finding> findings = examine(experiment_, Effort::of_run());
@@ -288,16 +323,7 @@ Exit RunVerb::execute() {
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
   const RunOptions run_options = options();
-  const std::string key = fmt::format("{}={} ", kRunKeyVariable, run_options.key);
-  if (run_options.external_plant)
-    scribe_->note(
-        fmt::format("waiting for the plant: {}consort-plant --run {} --domain {}", key, run_options.run_name, run_options.domain));
-  if (!run_options.external.empty()) {
-    std::vector<std::uint32_t> ids;
-    for (const AgentId agent : run_options.external) ids.push_back(agent.value);
-    scribe_->note(fmt::format("waiting for agent{} {}: {}consort-agent --id ID --run {} --domain {}", ids.size() == 1 ? "" : "s",
-                              fmt::join(ids, ", "), key, run_options.run_name, run_options.domain));
-  }
+  for (const std::string& line : commands_by_hand(run_options)) scribe_->note(line);
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();

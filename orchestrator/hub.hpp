@@ -19,12 +19,12 @@ class Hub {
     std::function<void(wire::Presence&&)> on_presence;
     std::function<void(wire::Layouts&&)> on_layouts;
     std::function<void(wire::Telemetry&&)> on_telemetry;
-    std::function<void(std::uint32_t process, bool alive)> on_liveliness;  ///< of processes that nobody here has started
+    std::function<void(const std::string& sender, bool alive)> on_liveliness;  ///< of processes that nobody here has started
   };
   /// `domain` is the number within this process. Throws dds::core::Exception.
   Hub(unsigned domain, const std::string& configuration, const wire::RunKey& key, const Callbacks& callbacks)
       : domain_(domain, configuration),
-        participant_(dds::domain::DomainParticipant(domain_), key),
+        participant_(domain_, {"consort", wire::Build::own()}, key),
         assignments(participant_),
         plant_assignments(participant_),
         grants(participant_),

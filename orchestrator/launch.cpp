@@ -85,8 +85,8 @@ std::vector<std::string> environment_with(const std::map<std::string, std::strin
 
 }  // namespace
 
-void Children::start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
-                     const std::map<std::string, std::string>& environment) {
+pid_t Children::start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
+                      const std::map<std::string, std::string>& environment) {
   const std::string program = executable.string(), log = (log_directory_ / (name + ".log")).string();
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
@@ -119,6 +119,7 @@ void Children::start(const std::string& name, const std::filesystem::path& execu
   if (group_ == 0) group_ = pid;
   children_.push_back({name, pid});
   ++alive_;
+  return pid;
 }
 
 void Children::signal(const std::string& name, int signal) {
@@ -176,6 +177,11 @@ constexpr std::size_t kUnit = 256;            // ports one lock file stands for
 constexpr std::size_t kUnits = (32'768 - kFirstPort) / kUnit;
 constexpr const char* kLockDirectory = "/tmp/consort-ports";
 
+void make_lock_directory() {
+  mkdir(kLockDirectory, 0777);
+  chmod(kLockDirectory, 01777);
+}
+
 bool port_is_free(std::uint16_t port) {
   const int socket_fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (socket_fd < 0) return false;
@@ -211,8 +217,7 @@ void PortBlock::release() {
 }
 
 PortBlock::PortBlock(std::size_t ports) {
-  mkdir(kLockDirectory, 0777);
-  chmod(kLockDirectory, 01777);
+  make_lock_directory();
   const std::size_t units = (ports + kUnit - 1) / kUnit;
   for (std::size_t unit = 0; unit + units <= kUnits; ++unit) {
     if (reserve(unit, units, ports)) return;
@@ -223,5 +228,24 @@ PortBlock::PortBlock(std::size_t ports) {
 }
 
 PortBlock::~PortBlock() { release(); }
+
+void DomainShare::enter(unsigned domain) {
+  make_lock_directory();
+  const std::string file = std::string(kLockDirectory) + "/domain-" + std::to_string(domain);
+  lock_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (lock_ < 0) lock_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);  // another user's
+  if (lock_ >= 0) flock(lock_, LOCK_SH | LOCK_NB);
+}
+
+bool DomainShare::with_others() const {
+  if (lock_ < 0) return false;
+  const bool alone = flock(lock_, LOCK_EX | LOCK_NB) == 0;
+  flock(lock_, LOCK_SH | LOCK_NB);
+  return !alone;
+}
+
+DomainShare::~DomainShare() {
+  if (lock_ >= 0) close(lock_);
+}
 
 }  // namespace consort

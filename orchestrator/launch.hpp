@@ -31,9 +31,9 @@ class Children {
 
   /// Starts `executable arguments...` with stdout and stderr in <log directory>/<name>.log. The child dies with the calling thread's
   /// process. Throws RunError naming the executable and the reason.
-  /// `environment`: on top of this process's own.
-  void start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
-             const std::map<std::string, std::string>& environment = {});
+  /// `environment`: on top of this process's own. The child's pid.
+  pid_t start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
+              const std::map<std::string, std::string>& environment = {});
 
   /// Sends a signal to the child that was started last under this name, if it lives.
   void signal(const std::string& name, int signal);
@@ -70,6 +70,22 @@ class PortBlock {
   void release();
   std::vector<int> locks_;
   std::uint16_t first_ = 0;
+};
+
+/// Says who else on this host uses the well-known ports of a DDS domain, by lock files beside those of the port blocks.
+class DomainShare {
+ public:
+  DomainShare() = default;
+  ~DomainShare();
+  DomainShare(const DomainShare&) = delete;
+  DomainShare& operator=(const DomainShare&) = delete;
+  /// From now on, until it ends, this one does. Where no lock can be had, nobody is known to.
+  void enter(unsigned domain);
+  /// Does anybody else now?
+  [[nodiscard]] bool with_others() const;
+
+ private:
+  int lock_ = -1;
 };
 
 }  // namespace consort

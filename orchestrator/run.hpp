@@ -57,6 +57,8 @@ class RunObserver {
   /// Something worth keeping: an agent died, an event took effect, a stall.
   virtual void event(const Job& job, Round round, const std::string& kind, const std::string& text) = 0;
   virtual void run_ends(const JobOutcome& outcome) = 0;
+  /// Something worth knowing before the first job begins: somebody came who may not take part.
+  virtual void remark(const std::string& text) { static_cast<void>(text); }
   /// What the processes have refused since the session began. Called at the end of each job.
   virtual void refused(const std::vector<Refusal>& refusals) { static_cast<void>(refusals); }
 };

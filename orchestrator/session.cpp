@@ -6,7 +6,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
 
 namespace consort {
 namespace {
@@ -33,10 +36,21 @@ std::string remark_on(const Refusal& refusal) {
       "participant " + (refusal.writer.empty() ? "unknown" : refusal.writer) + (refusal.who.empty() ? std::string() : ", " + refusal.who);
   if (refusal.reason == Refusal::Reason::malformed)
     return "packets arrive that DDS cannot read: another program uses these ports, or somebody forges them; they are left out and counted";
+  if (refusal.reason == Refusal::Reason::key)
+    return refusal.who + " has another key than this run: start it with the CONSORT_KEY of this one; what it writes is left out";
+  if (refusal.reason == Refusal::Reason::build)
+    return refusal.who + " and does not understand this run, which is " + wire::Build::own().text() +
+           ": install the same build on both; what it writes is left out";
   if (refusal.reason == Refusal::Reason::bound)
     return "samples of " + refusal.topic + " by " + writer + " break a bound of the wire (" + refusal.field + ") and are left out";
   return "a stranger takes part, who does not know the run's key: " + writer + "; what it writes, first to " + refusal.topic +
          ", is left out and counted";
+}
+
+std::string host_name() {
+  std::array<char, 64> name{};
+  gethostname(name.data(), name.size() - 1);
+  return name.data();
 }
 
 /// What DDS itself says of a failure, beside its bare return code.
@@ -44,6 +58,19 @@ std::string why(const dds::core::Exception& failure) {
   std::string text = failure.what();
   for (const std::string& reason : wire::DdsLog::of_this_process().take_reasons()) text += "; " + reason;
   return text + "; `consort doctor` looks for the cause";
+}
+
+/// That this host is short of processor time, where it is.
+std::string too_busy() {
+  constexpr double kBusy = 2.0;  // of what its processors can do
+  double load = 0.0;
+  const auto processors = std::max(sysconf(_SC_NPROCESSORS_ONLN), 1L);
+  if (getloadavg(&load, 1) != 1 || load < kBusy * static_cast<double>(processors)) return {};
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "; this host is busy (load %.0f on %ld processor%s): run less at once, or give it a later `stop: {deadline: ...}`", load,
+                processors, processors == 1 ? "" : "s");
+  return text;
 }
 
 unsigned domain_of(const std::string& run_name) { return static_cast<unsigned>(Purpose(run_name).hash % kDomains); }
@@ -72,11 +99,18 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     states_.push_back(state);
     process_by_name_[kPlant] = plant();
   }
+  std::vector<Roster::Place> places;
+  for (std::size_t p = 0; p < slots(); ++p)
+    places.push_back({states_[p].name, p == plant() ? std::vector<AgentId>{} : placement_.processes[p].agents, states_[p].external});
+  roster_.emplace(std::move(places), host_name(), wire::Build::own().text());
   wire::DdsLog::of_this_process();  // from here on DDS says to it what it has to say
   if (options_.key.empty()) options_.key = wire::RunKey::random_secret();
   // Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
   const bool elsewhere = !options_.external.empty() || options_.external_plant || options_.interface != "lo";
   if (elsewhere && experiment_.discovery == Discovery::automatic) placement_.neighbour_discovery = false;
+  // `discovery: multicast` asks for the domain's well-known ports, where other programs may look on.
+  private_ports_ = !elsewhere && experiment_.discovery == Discovery::automatic && !placement_.neighbour_discovery;
+  if (!private_ports_ && !placement_.neighbour_discovery) shared_.emplace();
   open_hubs();
 }
 
@@ -98,8 +132,8 @@ void Session::open_hubs() {
   const Hub::Callbacks callbacks{[this](wire::Presence&& presence) { push(std::move(presence)); },
                                  [this](wire::Layouts&& layouts) { push(std::move(layouts)); },
                                  [this](wire::Telemetry&& telemetry) { push(std::move(telemetry)); },
-                                 [this](std::uint32_t process, bool alive) {
-                                   push(Liveliness{process, alive});
+                                 [this](const std::string& sender, bool alive) {
+                                   push(Liveliness{sender, alive});
                                  }};
   if (placement_.neighbour_discovery)
     open_neighbour_hubs(callbacks);
@@ -112,6 +146,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
   settings_.tuned = slots() > kTunedFrom;
+  if (private_ports_) take_private_ports();
   if (options_.interface != "lo" || settings_.transmit_loss > 0.0) settings_.spdp_interval = dds::configuration::kAnnounceAgain;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
@@ -120,11 +155,23 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
     try {
       hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, wire::RunKey(options_.key), callbacks));
+      if (shared_) shared_->enter(domain_number_);
       return;
     } catch (const dds::core::Exception& failure) {
       if (derived && attempt + 1 < kDomainAttempts) continue;
       throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + why(failure));
     }
+  }
+}
+
+/// Runs that share a domain's ports cost each other: every packet of one's discovery wakes all processes of the others.
+void Session::take_private_ports() {
+  try {
+    ports_.emplace(kPortsPerProcess);
+    settings_.port_base = ports_->first();
+    if (!settings_.tuned) settings_.spdp_interval = kAnnounceEvery;
+  } catch (const RunError&) {  // none is free: then those of the domain have to do
+    private_ports_ = false;
   }
 }
 
@@ -137,7 +184,7 @@ void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
   settings_.spdp_interval = kAnnounceEvery;
   settings_.external_domain = domain_number_;
   for (std::size_t hub = 0; hub < hubs; ++hub) {
-    settings_.port_base = static_cast<std::uint16_t>(port(hub) - dds::configuration::unicast_port(0, domain_number_));
+    settings_.port_base = static_cast<std::uint16_t>(port(hub) - dds::configuration::unicast_port(0));
     const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
     try {
       hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration,
@@ -168,8 +215,9 @@ void Session::push(News&& news) {
 }
 
 std::vector<std::string> Session::arguments_of(std::size_t process, Round now) const {
-  std::vector<std::string> arguments{"--run",       options_.run_name,  "--domain",           std::to_string(domain_number_),
-                                     "--interface", options_.interface, "--orchestrator-pid", std::to_string(getpid())};
+  std::vector<std::string> arguments{"--run",       options_.run_name,        "--domain",           std::to_string(domain_number_),
+                                     "--interface", options_.interface,       "--orchestrator-pid", std::to_string(getpid()),
+                                     "--build",     wire::Build::own().word()};
   std::vector<std::size_t> met;  // processes it meets
   if (process == plant()) {
     for (std::size_t p = 0; p < plant(); ++p) met.push_back(p);
@@ -185,8 +233,9 @@ std::vector<std::string> Session::arguments_of(std::size_t process, Round now) c
     for (const std::size_t other : met) listed += "," + std::to_string(port(hubs_.size() + other));
     arguments.insert(arguments.end(),
                      {"--discovery", "neighbours", "--port", std::to_string(port(hubs_.size() + process)), "--neighbour-ports", listed});
-  } else if (placement_.multicast_data) {
-    arguments.insert(arguments.end(), {"--data", "multicast"});
+  } else {
+    if (settings_.port_base) arguments.insert(arguments.end(), {"--port", std::to_string(*settings_.port_base)});
+    if (placement_.multicast_data) arguments.insert(arguments.end(), {"--data", "multicast"});
   }
   for (const Attendance& stay : states_[process].presence.again)
     if (stay.holds(now))
@@ -221,7 +270,8 @@ void Session::start(std::size_t process, Round now) {
   state.started = true;
   if (state.external) return;
   const auto executable = process == plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
-  children_->start(state.name, executable, arguments_of(process, now), {{wire::RunKey::kVariable, options_.key}});
+  const pid_t pid = children_->start(state.name, executable, arguments_of(process, now), {{wire::RunKey::kVariable, options_.key}});
+  roster_->launched(process, static_cast<std::uint64_t>(pid));
 }
 
 void Session::launch(RunObserver& observer) {
@@ -235,6 +285,7 @@ void Session::launch(RunObserver& observer) {
   const auto found = [](const ProcessState& state) { return state.found; };
   while (count(found) < total && !interrupted()) {
     step({});
+    tell_remarks(observer);
     observer.launching(count(found), 0, total);
   }
 }
@@ -418,6 +469,7 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
   layouts_.clear();
   granted_ = false;
   gone_.clear();
+  roster_->open_all();
   maker_.emplace(experiment_, experiment_.protocols[job_.protocol], job.seed);
   protocol_ = &find_protocol(experiment_.protocols[job_.protocol].name);
   told_.clear();
@@ -439,6 +491,7 @@ void Session::assign(const Job& job, std::uint32_t epoch, RunObserver& observer)
       if (states_[p].presence.from == 0) start(p);  // who left or died in the job before is needed again, and may be ending only now
     if (count(ready) == processes() && layouts_.size() >= expected()) break;
     step({});
+    if (job.number == 0) tell_remarks(observer);
     if (job.number == 0) observer.launching(processes(), count(ready), processes());
   }
 }
@@ -457,9 +510,8 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
     } else if (auto* layouts = std::get_if<wire::Layouts>(&item)) {
       if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
     } else if (const auto* liveliness = std::get_if<Liveliness>(&item)) {
-      const auto at = process_by_name_.find(liveliness->process);
-      if (at == process_by_name_.end()) continue;
-      states_[at->second].silent_since = liveliness->alive ? std::nullopt : std::optional(Clock::now());
+      if (const auto process = roster_->place_of(liveliness->sender))
+        states_[*process].silent_since = liveliness->alive ? std::nullopt : std::optional(Clock::now());
     } else {
       handle(std::move(std::get<wire::Presence>(item)));
     }
@@ -470,17 +522,37 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   if (!leaving_ && Clock::now() > deadline_) time_out();
 }
 
-void Session::handle(wire::Presence&& presence) {
-  const auto at = process_by_name_.find(presence.process);
-  const auto as_planned = [&] {
-    return at->second == plant() ? presence.agents.empty() : presence.agents == placement_.processes[at->second].agents;
-  };
-  if (at == process_by_name_.end() || !as_planned()) {
-    remarks_.push_back("a process of host " + presence.host + " (pid " + std::to_string(presence.pid) + ") says it hosts agents from " +
-                       std::to_string(presence.process) + " on, which this run does not place so: left alone");
-    return;
+std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
+  const std::optional<wire::Card>& card = presence.sender.card;
+  const wire::Build own = wire::Build::own();
+  const Roster::Verdict verdict = roster_->judge({presence.sender.guid, presence.agents, presence.host, presence.pid,
+                                                  !card || card->build.fits(own), card ? card->build.text() : std::string()});
+  const std::string who = "pid " + std::to_string(presence.pid) + " on " + presence.host;
+  switch (verdict.standing) {
+    case Roster::Standing::former:
+      return std::nullopt;
+    case Roster::Standing::member:
+      if (presence.state == wire::State::hello && states_[verdict.place].external)
+        answer({epoch_, wire::Order::welcome, {}, 0, presence.sender.guid});
+      return verdict.place;
+    case Roster::Standing::refused:
+      break;
   }
-  ProcessState& state = states_[at->second];
+  if (verdict.first) remarks_.push_back("a process (" + who + ") may not take part: " + verdict.why);
+  if (presence.state == wire::State::hello) answer({epoch_, wire::Order::refused, {}, 0, presence.sender.guid, verdict.why});
+  return std::nullopt;
+}
+
+/// Who comes late is given the newest command alone, so who is gone has to be said again.
+void Session::answer(const wire::Command& command) {
+  broadcast(command);
+  if (!gone_.empty()) broadcast(wire::Command{epoch_, wire::Order::departed, gone_});
+}
+
+void Session::handle(wire::Presence&& presence) {
+  const auto process = admit(presence);
+  if (!process) return;
+  ProcessState& state = states_[*process];
   state.found = true;
   state.where = "pid " + std::to_string(presence.pid) + " on " + presence.host;
   switch (presence.state) {
@@ -494,14 +566,15 @@ void Session::handle(wire::Presence&& presence) {
       state.status = std::move(presence);
       break;
     case wire::State::failed:
-      if (may_lose(at->second)) break;  // its process ends by itself
+      if (may_lose(*process)) break;  // its process ends by itself
       throw RunError(state.name + " (" + state.where + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_ && !leaves(at->second) && !may_lose(at->second))
+      if (!leaving_ && !leaves(*process) && !may_lose(*process))
         throw RunError(state.name + " (" + state.where + ") left in round " + std::to_string(presence.round));
       if (state.external) {
         state.started = state.found = false;
         state.ready_epoch = 0;
+        roster_->vacate(*process);
       }
       break;
   }
@@ -514,6 +587,7 @@ void Session::watch_children() {
     const auto process = static_cast<std::size_t>(state - states_.begin());
     const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves(process));
     if (!left && !may_lose(process)) throw RunError(death->text());
+    roster_->vacate(process);
     state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
     if (!left) lose(process, death->text());
@@ -529,6 +603,7 @@ void Session::watch_external() {
     const std::string text = state.name + " (" + state.where + ") gives no sign of life any more";
     if (!may_lose(p)) throw RunError(text);
     state.silent_since.reset();
+    roster_->vacate(p);
     state.started = state.found = false;
     state.ready_epoch = 0;
     lose(p, text);
@@ -550,6 +625,7 @@ bool Session::may_lose(std::size_t process) const {
 
 void Session::lose(std::size_t process, const std::string& text) {
   const std::vector<AgentId>& agents = placement_.processes[process].agents;
+  roster_->close(process);
   gone_.insert(gone_.end(), agents.begin(), agents.end());
   std::sort(gone_.begin(), gone_.end());
   losses_.push_back({agents, text});
@@ -620,7 +696,14 @@ void Session::time_out() {
     text += "; these did not meet their neighbours: " + unready + "; " + who_waits();
   else
     text += "; " + who_waits();
-  for (const std::string& remark : take_remarks()) text += "; " + remark;
+  if (granted_) early_remarks_.clear();
+  for (std::string& remark : take_remarks()) early_remarks_.push_back(std::move(remark));
+  for (const std::string& remark : early_remarks_) text += "; " + remark;
+  if (shared_ && shared_->with_others())
+    text += "; other runs on this host use DDS domain " + std::to_string(domain_number_) +
+            " and cost this one time: give each a --domain of its own, or leave out --domain and `discovery: multicast`";
+  else
+    text += too_busy();
   throw TimeoutError(text);
 }
 
@@ -660,6 +743,14 @@ void Session::note(std::vector<Refusal> refusals) {
 std::vector<std::string> Session::take_remarks() {
   for (const auto& hub : hubs_) note(hub->take_refusals());
   return std::exchange(remarks_, {});
+}
+
+void Session::tell_remarks(RunObserver& observer) {
+  constexpr std::size_t kMost = 10;
+  for (std::string& remark : take_remarks()) {
+    observer.remark(remark);
+    if (early_remarks_.size() < kMost) early_remarks_.push_back(std::move(remark));
+  }
 }
 
 void Session::shut_down() {

@@ -5,6 +5,7 @@
 #include "orchestrator/hub.hpp"
 #include "orchestrator/launch.hpp"
 #include "orchestrator/placement.hpp"
+#include "orchestrator/roster.hpp"
 #include "orchestrator/run.hpp"
 #include "sim/world.hpp"
 
@@ -76,7 +77,7 @@ class Session {
 
  private:
   struct Liveliness {
-    std::uint32_t process;
+    std::string sender;
     bool alive;
   };
   using News = std::variant<wire::Presence, wire::Layouts, wire::Telemetry, Liveliness>;
@@ -96,6 +97,7 @@ class Session {
 
   void open_hubs();
   void open_multicast_hub(const Hub::Callbacks& callbacks);
+  void take_private_ports();
   void open_neighbour_hubs(const Hub::Callbacks& callbacks);
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
@@ -115,6 +117,10 @@ class Session {
   [[nodiscard]] bool killed_in(AgentId agent, Round round) const;
   void push(News&& news);
   void handle(wire::Presence&& presence);
+  /// The process of who wrote it, if that one takes part; it is answered.
+  [[nodiscard]] std::optional<std::size_t> admit(const wire::Presence& presence);
+  void answer(const wire::Command& command);
+  void tell_remarks(RunObserver& observer);
   void note(std::vector<Refusal> refusals);
   void watch_children();
   void watch_external();
@@ -131,10 +137,13 @@ class Session {
   Placement placement_;
   std::chrono::steady_clock::time_point deadline_;
   std::optional<PortBlock> ports_;
+  bool private_ports_ = false;             // multicast discovery on ports of this run alone
+  std::optional<DomainShare> shared_;      // else: with whom it shares those of the domain
   dds::configuration::Settings settings_;  // common to the orchestrator's hubs
   std::uint32_t domain_number_ = 0;
   std::map<std::uint32_t, std::size_t> process_by_name_;  // lowest agent id -> index
   std::vector<ProcessState> states_;
+  std::optional<Roster> roster_;
   std::uint32_t epoch_ = 0;
   Job job_;
   std::map<AgentId, wire::Layouts> layouts_;
@@ -151,7 +160,7 @@ class Session {
   bool granted_ = false;       // rounds of the job have been granted
   std::vector<AgentId> gone_;  // lost in this job, ascending
   std::vector<Loss> losses_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, early_remarks_;  // early: told before the first round, and again if it never comes to that
   std::vector<Refusal> refusals_;
 
   std::mutex mutex_;  // guards news_

@@ -276,7 +276,8 @@ std::string render(const Summary& summary, const TextStyle& style) {
   out += diverged(summary, style) + criteria(summary, style);
   if (!summary.refused.empty()) {
     std::set<std::string> writers;
-    for (const Refusal& refusal : summary.refused) writers.insert(refusal.writer);
+    for (const Refusal& refusal : summary.refused)
+      if (!refusal.writer.empty()) writers.insert(refusal.writer);
     const std::uint64_t samples = samples_of(summary.refused);
     out +=
         fmt::format("  {}\n", toned(fmt::format("refused {} sample{} of {} participant{}: see \"rejected\" in summary.json",

@@ -17,7 +17,8 @@ experiment has a plant; start it by hand to put it on another host or under a de
 The processes of a run know each other by its key, in the environment variable CONSORT_KEY: `consort run` prints it with the command to
 enter, or takes it from the same variable. It reads no files; CYCLONEDDS_URI is merged into its DDS configuration and wins. It logs to
 stderr and leaves when the run ends.
-Exit codes: 0 the run ended; 2 bad options; 3 the run failed or the orchestrator disappeared; 130, 143 interrupted.)";
+Exit codes: 0 the run ended; 2 bad options; 3 the run failed, refused this process, or its orchestrator disappeared; 4 no run was met
+(--wait), or with --wait 0 its orchestrator disappeared; 130, 143 interrupted.)";
 
 }  // namespace
 
@@ -27,8 +28,7 @@ int main(int argc, char** argv) {
     const auto log = std::make_shared<spdlog::logger>("plant", std::make_shared<spdlog::sinks::stderr_sink_mt>());
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
-    return [launched = options.orchestrator != 0](const wire::Participant& participant) {
-      return std::make_unique<PlantNode>(participant, launched);
-    };
+    return
+        [meeting = options.meeting()](const wire::Participant& participant) { return std::make_unique<PlantNode>(participant, meeting); };
   });
 }

@@ -17,9 +17,8 @@ constexpr std::uint32_t kPlant = 0;  // its name among the processes
 
 }  // namespace
 
-PlantNode::PlantNode(const wire::Participant& participant, bool launched)
-    : RunMember(launched),
-      participant_(participant),
+PlantNode::PlantNode(const wire::Participant& participant, const Meeting& meeting)
+    : RunMember(participant, meeting),
       presence_(participant, liveliness_lease()),
       telemetry_(participant),
       assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
@@ -91,9 +90,9 @@ void PlantNode::come_back(std::span<const AgentId> agents, Round round) {
 
 void PlantNode::run() {
   Lock lock(mutex_);
-  announce(lock, wire::State::hello);
+  const bool met = meet_run(lock);  // who is refused tells nobody: the run knows
   try {
-    serve(lock);
+    if (met) serve(lock);
   } catch (const std::exception& failure) {
     if (!lock.owns_lock()) lock.lock();
     announce(lock, wire::State::failed, failure.what());
@@ -107,6 +106,8 @@ void PlantNode::run() {
   lock.unlock();
   if (liveliness_lease()) presence_.wait_for_acknowledgments(2.0);  // else it would seem to have died
 }
+
+void PlantNode::tell(const std::string& line) const { spdlog::info(line); }
 
 void PlantNode::serve(Lock& lock) {
   while (true) {
@@ -126,7 +127,7 @@ void PlantNode::serve(Lock& lock) {
     if ((orphaned_ || orchestrator_lost_) && rounds_)
       for (const std::string& line : in_words(rounds_->take_all())) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
-    if (orchestrator_lost_) throw RunError("the orchestrator disappeared (its liveliness lease ran out)");
+    if (orchestrator_lost_) lose_orchestrator();
     if (assigned_) begin_run(lock);
     if (!greeted_) greet();
     if (const Round until = met_until(); until > ready_until_) {

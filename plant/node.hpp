@@ -15,8 +15,7 @@ namespace consort {
 
 class PlantNode final : public RunMember {
  public:
-  /// `launched` by an orchestrator on this host, whose death is noticed by other means than DDS.
-  PlantNode(const wire::Participant& participant, bool launched);
+  PlantNode(const wire::Participant& participant, const Meeting& meeting);
 
   void run() override;
 
@@ -29,6 +28,8 @@ class PlantNode final : public RunMember {
   void come_back(std::span<const AgentId> agents, Round round) override;
 
   // Called on the main thread.
+  void say_hello(Lock& lock) override { announce(lock, wire::State::hello); }
+  void tell(const std::string& line) const override;
   void serve(Lock& lock);
   void begin_run(Lock& lock);
   void meet_agents(Lock& lock, Round window);
@@ -40,8 +41,6 @@ class PlantNode final : public RunMember {
   [[nodiscard]] Round met_until() const;
   [[nodiscard]] std::string unmet() const;
   [[nodiscard]] bool somebody_joins() const;
-
-  wire::Participant participant_;
 
   // Guarded by the lock, as all that follows.
   std::map<std::uint32_t, wire::PlantAssignment> parts_;  // of the newest epoch, by part

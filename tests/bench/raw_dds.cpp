@@ -48,7 +48,7 @@ unsigned free_port_base(std::uint32_t processes) {
     const unsigned base = 10000 + (static_cast<unsigned>(getpid()) * 97 + attempt * 1999) % (32000 - 10000 - span);
     bool all_free = true;
     for (std::uint32_t p = 0; p < processes && all_free; ++p) {
-      const unsigned port = dds::configuration::unicast_port(base + 4 * p, 0);
+      const unsigned port = dds::configuration::unicast_port(base + 4 * p);
       all_free = port_free(port) && port_free(port + 1);
     }
     if (all_free) return base;
@@ -152,7 +152,7 @@ class Process {
     settings.discovery = dds::configuration::Discovery::neighbours;
     settings.port_base = static_cast<std::uint16_t>(port_base + 4 * process_);
     for (const std::uint32_t other : neighbour_processes_)
-      settings.neighbours.push_back("127.0.0.1:" + std::to_string(dds::configuration::unicast_port(port_base + 4 * other, 0)));
+      settings.neighbours.push_back("127.0.0.1:" + std::to_string(dds::configuration::unicast_port(port_base + 4 * other)));
     return dds::configuration::xml(settings);
   }
 

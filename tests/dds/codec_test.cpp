@@ -145,6 +145,10 @@ TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   EXPECT_EQ(decode(encode(Command{4, Order::finish}, arena)).order, Order::finish);
   const std::vector<AgentId> gone{AgentId{2}, AgentId{7}};
   EXPECT_EQ(decode(encode(Command{4, Order::departed, gone}, arena)).agents, gone);
+  const Command refused = decode(encode(Command{4, Order::refused, {}, 0, "0110aa", "it is there already"}, arena));
+  EXPECT_EQ(refused.order, Order::refused);
+  EXPECT_EQ(refused.to, "0110aa");
+  EXPECT_EQ(refused.note, "it is there already");
   Values model;
   model.set("A", Matrix::Constant(2, 3, 0.5));
   const consort::Layout message{{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, estimate{{{"x", 2, 1}}, 0, 0};

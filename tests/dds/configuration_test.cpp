@@ -29,10 +29,10 @@ TEST(Configuration, OfNeighboursListsThemAndHasItsOwnPorts) {
   const std::string text =
       xml({.discovery = Discovery::neighbours, .port_base = 10004, .neighbours = {"127.0.0.1:10010", "127.0.0.1:10018"}});
   EXPECT_TRUE(holds(text, "<AllowMulticast>false</AllowMulticast>")) << text;
-  EXPECT_TRUE(holds(text, "<ParticipantIndex>0</ParticipantIndex><Ports><Base>10004</Base></Ports>")) << text;
+  EXPECT_TRUE(holds(text, "<ParticipantIndex>0</ParticipantIndex><Peers>")) << text;
+  EXPECT_TRUE(holds(text, "<Ports><Base>10004</Base><DomainGain>0</DomainGain></Ports>")) << text;
   EXPECT_TRUE(holds(text, "<Peers><Peer Address=\"127.0.0.1:10010\"/><Peer Address=\"127.0.0.1:10018\"/></Peers>")) << text;
-  EXPECT_EQ(dds::configuration::unicast_port(10004, 0), 10014u);
-  EXPECT_EQ(dds::configuration::unicast_port(10004, 3), 10764u);
+  EXPECT_EQ(dds::configuration::unicast_port(10004), 10014u);
 }
 
 TEST(Configuration, TakesAnAddressForAnInterface) {
@@ -89,17 +89,41 @@ TEST(Configuration, OfWhoeverDoesNotHearMulticastDataMeetsThoseWhoDo) {
   EXPECT_TRUE(meet(on_wire(ordinary), on_wire(apart)));
 }
 
+TEST(Configuration, PortsOfItsOwnKeepThoseOfADomainApartThatAreNotToMeet) {
+  const auto base = static_cast<std::uint16_t>(20000 + getpid() % 1000 * 8);
+  Settings settings;
+  settings.tag = tag();
+  settings.external_domain = 200;  // whose own ports would lie above all others
+  settings.spdp_interval = std::chrono::milliseconds(200);
+  const std::string of_the_domain = xml(settings);
+  settings.port_base = base;
+  const std::string own = xml(settings);
+  settings.hears_multicast_data = false;
+  EXPECT_TRUE(meet(own, xml(settings)));
+  Side here(1, own), there(2, of_the_domain), with_here(3, own), with_there(4, of_the_domain);
+  dds::topic::Topic<ping_Ball> out(here.participant, "meet"), in(there.participant, "meet"), near(with_here.participant, "meet"),
+      far(with_there.participant, "meet");
+  dds::pub::DataWriter<ping_Ball> writer(dds::pub::Publisher(here.participant), out);
+  dds::sub::DataReader<ping_Ball> reader(dds::sub::Subscriber(there.participant), in);
+  dds::sub::DataReader<ping_Ball> near_reader(dds::sub::Subscriber(with_here.participant), near);
+  dds::pub::DataWriter<ping_Ball> far_writer(dds::pub::Publisher(with_there.participant), far);
+  EXPECT_TRUE(matches(near_reader, 1));
+  EXPECT_TRUE(matches(writer, 1));
+  EXPECT_TRUE(matches(reader, 1));
+  EXPECT_EQ(writer.publication_matched_status().current_count(), 1) << "the one with the same ports";
+  EXPECT_EQ(reader.subscription_matched_status().current_count(), 1) << "the one in the domain";
+}
+
 TEST(Configuration, OfNeighboursIsEnoughOnOneSide) {
   const unsigned base = 12000 + static_cast<unsigned>(getpid() % 1000) * 8;
-  const unsigned domain = 0;
   const auto side = [&](unsigned offset, std::vector<std::string> neighbours) {
     return xml({.discovery = Discovery::neighbours,
                 .tag = tag(),
                 .port_base = static_cast<std::uint16_t>(base + offset),
                 .neighbours = std::move(neighbours)}) +
-           ",<Discovery><ExternalDomainId>0</ExternalDomainId></Discovery>";
+           ",<Discovery><ExternalDomainId>200</ExternalDomainId></Discovery>";
   };
-  EXPECT_TRUE(meet(side(0, {}), side(4, {"127.0.0.1:" + std::to_string(dds::configuration::unicast_port(base, domain))})));
+  EXPECT_TRUE(meet(side(0, {}), side(4, {"127.0.0.1:" + std::to_string(dds::configuration::unicast_port(base))})));
 }
 
 TEST(Configuration, OfTheUserOverridesOurs) {

@@ -70,6 +70,20 @@ TEST(PortBlock, TwoBlocksNeverOverlap) {
   EXPECT_TRUE(second.first() >= first.first() + 300 || second.first() + 10 <= first.first());
 }
 
+TEST(DomainShare, KnowsOfOthersInTheSameDomainAsLongAsTheyAreThere) {
+  DomainShare one, elsewhere;
+  one.enter(1001);  // no domain has this number, so nobody else does
+  elsewhere.enter(1002);
+  EXPECT_FALSE(one.with_others());
+  {
+    DomainShare two;
+    two.enter(1001);
+    EXPECT_TRUE(one.with_others());
+    EXPECT_TRUE(two.with_others());
+  }
+  EXPECT_FALSE(one.with_others());
+}
+
 TEST(PortBlock, AnImpossibleNumberIsRefusedWithTheRemedy) {
   try {
     const PortBlock block(40'000);

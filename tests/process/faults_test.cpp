@@ -3,8 +3,10 @@
 #include "idl/trust.hpp"
 #include "tests/support/process_run.hpp"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
+#include <sys/socket.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -371,35 +373,110 @@ TEST(Faults, AnAgentStartedByHandThatIsKilledIsNoticed) {
   }
 }
 
-TEST(Faults, AnAgentTheRunDoesNotPlaceIsLeftAlone) {
+/// Both ends say at once what is wrong; the run goes on.
+void expect_refused(Command& run, Program& stranger, const std::vector<std::string>& words) {
+  EXPECT_EQ(stranger.wait(60), 3) << stranger.err();
+  EXPECT_TRUE(eventually([&] { return run.program->err().find("may not take part") != std::string::npos; })) << run.program->err();
+  for (const std::string& word : words) {
+    EXPECT_NE(stranger.err().find(word), std::string::npos) << word << " in " << stranger.err();
+    EXPECT_NE(run.program->err().find(word), std::string::npos) << word << " in " << run.program->err();
+  }
+}
+
+TEST(Faults, AnAgentTheRunDoesNotPlaceIsRefusedAtOnce) {
   const SharedKey key;
   const std::string name = unique_run_name("unplaced");
   const Folder folder;
-  Program stranger(folder, "consort-agent", {"--ids", "2-3", "--run", name, "--domain", "64"});
-  ASSERT_TRUE(eventually([&] { return !stranger.err().empty(); }));
-  Command run(kShort, {"--name", name, "--domain", "64"});
+  Command run(kShort, {"--name", name, "--domain", "64", "--external", "4-5"});
+  Program stranger(folder, "consort-agent", {"--ids", "4-5", "--run", name, "--domain", "64"});
+  expect_refused(run, stranger, {"agents 4-5 together", "--ids 4, --ids 5", "agents_per_process"});
+  EXPECT_FALSE(run.program->over()) << "the right ones may still come";
+  Program right(folder, "consort-agent", {"--ids", "4", "--run", name, "--domain", "64"});
+  Program other(folder, "consort-agent", {"--ids", "5", "--run", name, "--domain", "64"});
   EXPECT_EQ(run.program->wait(), 0) << run.program->err();
-  EXPECT_NE(run.program->err().find("does not place so"), std::string::npos) << run.program->err();
-  EXPECT_EQ(stranger.wait(60), 2) << stranger.err();
-  EXPECT_NE(stranger.err().find("agents_per_process"), std::string::npos) << stranger.err();
 }
 
-TEST(PatientFaults, AnAgentWithoutTheRunsKeyIsAStrangerToIt) {
+TEST(Faults, ASecondProcessWithTheSameIdsIsRefusedByNameAndTheRunGoesOn) {
+  const SharedKey key;
+  const std::string name = unique_run_name("twice");
+  const std::string loop = endless_loop() + "placement: {agents_per_process: 2}\nevents: [{round: 20, kill: 2}, {round: 40, restart: 2}]\n";
+  const Folder folder;
+  const std::vector<std::string> agents{"--ids", "3-4", "--run", name, "--domain", "66"}, plant{"--run", name, "--domain", "66"};
+  Program first(folder, "consort-agent", agents), first_plant(folder, "consort-plant", plant);
+  Command run(loop, {"--name", name, "--domain", "66", "--external", "0,3-4"});
+  // At the start, where either may be the first ...
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  // ... and on the way.
+  Program second(folder, "consort-agent", agents), second_plant(folder, "consort-plant", plant);
+  expect_refused(run, second, {"agents 3-4 are there already: pid " + std::to_string(first.pid())});
+  expect_refused(run, second_plant, {"the plant is there already: pid " + std::to_string(first_plant.pid())});
+  Program launched(folder, "consort-agent", {"--id", "1", "--run", name, "--domain", "66"});
+  expect_refused(run, launched, {"--external 1"});
+  const long then = run.estimates();
+  EXPECT_TRUE(eventually([&] { return run.estimates() > then + 100; })) << run.program->err();
+  run.program->signal(SIGTERM);
+  EXPECT_EQ(run.program->wait(60), 143) << run.program->err();
+  EXPECT_EQ(first.wait(60), 0) << first.err();
+  EXPECT_EQ(first_plant.wait(60), 0) << first_plant.err();
+}
+
+TEST(Faults, AnAgentWithAnotherKeyIsNamedAtOnceAndEnds) {
   const std::string name = unique_run_name("keyless");
   const Folder folder;
   const std::vector<std::string> by_hand{"--id", "4", "--run", name, "--domain", "65"};
-  std::string text = kShort;
-  text.replace(text.find("120 s"), 5, "15 s");
   const SharedKey key;
-  Command run(text, {"--name", name, "--domain", "65", "--external", "4"});
+  Command run(kShort, {"--name", name, "--domain", "65", "--external", "4"});
+  const std::string right = getenv(wire::RunKey::kVariable);
   setenv(wire::RunKey::kVariable, "not the key of this run", 1);
   Program agent(folder, "consort-agent", by_hand);
-  EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
-  EXPECT_NE(run.program->err().find("never appeared: agent-4"), std::string::npos) << run.program->err();
+  EXPECT_EQ(agent.wait(60), 3) << agent.err();
+  EXPECT_NE(agent.err().find("has another key"), std::string::npos) << agent.err();
+  const std::string seen = "consort-agent of agents 4 (pid " + std::to_string(agent.pid());
+  EXPECT_TRUE(eventually([&] { return run.program->err().find(seen) != std::string::npos; })) << run.program->err();
+  EXPECT_NE(run.program->err().find("CONSORT_KEY"), std::string::npos) << run.program->err();
+  setenv(wire::RunKey::kVariable, right.c_str(), 1);
+  Program healed(folder, "consort-agent", by_hand);
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
   unsetenv(wire::RunKey::kVariable);
   Program without(folder, "consort-agent", by_hand);
   EXPECT_EQ(without.wait(60), 2);
   EXPECT_NE(without.err().find("CONSORT_KEY"), std::string::npos) << without.err();
+}
+
+TEST(Faults, WhoMeetsNoRunSaysWhatItLookedForAndEnds) {
+  const SharedKey key;
+  const Folder folder;
+  Program agent(folder, "consort-agent", {"--id", "4", "--run", "nowhere", "--domain", "67", "--wait", "0.5"});
+  Program plant(folder, "consort-plant", {"--run", "nowhere", "--domain", "67", "--wait", "0.5"});
+  for (Program* program : {&agent, &plant}) {
+    EXPECT_EQ(program->wait(60), 4) << program->err();
+    for (const char* word : {"nowhere", "domain 67", "interface lo", "24150"})
+      EXPECT_NE(program->err().find(word), std::string::npos) << word << " in " << program->err();
+  }
+}
+
+TEST(Faults, AProcessOfAnotherBuildThanTheOrchestratorThatStartsItEndsNamingBoth) {
+  const SharedKey key;
+  const Folder folder;
+  Program agent(folder, "consort-agent", {"--id", "4", "--run", "r", "--domain", "67", "--build", "99.0/abcdabcd/0.10.2"});
+  EXPECT_EQ(agent.wait(60), 3);
+  EXPECT_NE(agent.err().find("99.0 (wire abcdabcd"), std::string::npos) << agent.err();
+  EXPECT_NE(agent.err().find(wire::Build::own().text()), std::string::npos) << agent.err();
+}
+
+/// Every packet of one run's discovery would wake all processes of the others, and runs would fail that have nothing to do with each other.
+TEST(Faults, RunsInOneDomainDoNotShareItsPorts) {
+  constexpr unsigned kDomain = 68;
+  const int taken = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(7400 + 250 * kDomain);  // for this socket alone: whoever wants to listen there too cannot
+  ASSERT_EQ(bind(taken, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  std::vector<std::unique_ptr<Command>> runs;
+  for (int i = 0; i < 6; ++i)
+    runs.push_back(std::make_unique<Command>(kShort, std::vector<std::string>{"--domain", std::to_string(kDomain)}));
+  for (const auto& run : runs) EXPECT_EQ(run->program->wait(), 0) << run->program->err();
+  close(taken);
 }
 
 TEST(Faults, BadOptionsOfTheAgentAreExplained) {

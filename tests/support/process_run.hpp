@@ -17,6 +17,7 @@ class Keeper : public RunObserver {
   void run_begins(const Job&, const RunLayouts&) override {}
   void report(const Job&, const RoundReport&) override { ++reports; }
   void event(const Job&, Round, const std::string& kind, const std::string& text) override { events.push_back(kind + ": " + text); }
+  void remark(const std::string& text) override { events.push_back("remark: " + text); }
   void run_ends(const JobOutcome& outcome) override { outcomes.push_back(outcome); }
   void refused(const std::vector<Refusal>& what) override { refusals = what; }
 

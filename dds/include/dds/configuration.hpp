@@ -31,7 +31,9 @@ struct Settings {
   bool hears_multicast_data = true;  ///< multicast: else this process has a port of its own for it, and is not woken by what others tell
                                      ///< each other
   std::string tag{};                 ///< processes with different tags never match
-  std::optional<std::uint16_t> port_base{};                   ///< neighbours: this process's own; see unicast_port
+  std::optional<std::uint16_t>
+      port_base{};  ///< where the ports begin, whatever the domain. neighbours: this process's own, see
+                    ///< unicast_port; multicast: common to those that are to meet (4 ports), instead of the domain's
   std::optional<unsigned> external_domain{};                  ///< the domain on the network, where it is not the number within the process
   std::vector<std::string> neighbours{};                      ///< neighbours: "127.0.0.1:PORT" each; listing on one side is enough
   std::optional<std::chrono::milliseconds> spdp_interval{};   ///< how often a participant announces itself; Cyclone: 30 s
@@ -51,9 +53,9 @@ constexpr std::chrono::milliseconds kLongestLease = std::chrono::hours(1);
 /// For spdp_interval where packets are lost: whoever is not heard of when it appears is heard of a moment later.
 constexpr std::chrono::milliseconds kAnnounceAgain{1000};
 
-/// Ports a process in neighbours mode uses: this one for discovery and the next one for data. `port_base` counts from the domain's ports,
-/// as all of Cyclone's numbers do. Keep bases 4 apart and results under 32768, where the kernel's own port numbers begin.
-constexpr unsigned unicast_port(unsigned port_base, unsigned domain) { return port_base + 250 * domain + 10; }
+/// Ports a process in neighbours mode uses: this one for discovery and the next one for data. Keep bases 4 apart and results under 32768,
+/// where the kernel's own port numbers begin.
+constexpr unsigned unicast_port(unsigned port_base) { return port_base + 10; }
 
 /// Text as XML content.
 inline std::string escaped(std::string_view text) {
@@ -103,10 +105,12 @@ inline std::string discovery(const Settings& settings) {
   std::string content;
   if (!settings.tag.empty()) content += element("Tag", escaped(settings.tag));
   if (settings.external_domain) content += element("ExternalDomainId", std::to_string(*settings.external_domain));
-  if (!settings.hears_multicast_data) content += element("Ports", element("MulticastDataOffset", "3"));  // 0-2 and 10 on are in use
+  std::string ports;
+  if (settings.port_base) ports += element("Base", std::to_string(*settings.port_base)) + element("DomainGain", "0");
+  if (!settings.hears_multicast_data) ports += element("MulticastDataOffset", "3");  // 0-2 and 10 on are in use
+  if (!ports.empty()) content += element("Ports", ports);
   if (settings.discovery == Discovery::neighbours) {
     content += element("ParticipantIndex", "0");
-    if (settings.port_base) content += element("Ports", element("Base", std::to_string(*settings.port_base)));
     std::string listed;
     for (const std::string& neighbour : settings.neighbours) listed += "<Peer Address=\"" + escaped(neighbour) + "\"/>";
     if (!listed.empty()) content += element("Peers", listed);

@@ -57,6 +57,7 @@ class DomainParticipant : public core::Entity {
 struct ParticipantBuiltinTopicData {
   dds_guid_t key{};
   std::string host, process, pid;
+  std::vector<unsigned char> user_data;
 };
 
 /// A writer or reader as discovery knows it.
@@ -77,6 +78,16 @@ inline std::string property(const dds_qos_t* qos, const char* name) {
   return result;
 }
 
+inline std::vector<unsigned char> user_data(const dds_qos_t* qos) {
+  void* bytes = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(qos, &bytes, &size) || bytes == nullptr) return {};
+  const auto* begin = static_cast<const unsigned char*>(bytes);
+  std::vector<unsigned char> result(begin, begin + size);
+  dds_free(bytes);
+  return result;
+}
+
 inline EndpointBuiltinTopicData endpoint_data(const dds_builtintopic_endpoint_t& endpoint) {
   EndpointBuiltinTopicData result{endpoint.key, endpoint.participant_key, endpoint.topic_name, endpoint.type_name, {}, {}};
   std::uint32_t count = 0;
@@ -88,13 +99,7 @@ inline EndpointBuiltinTopicData endpoint_data(const dds_builtintopic_endpoint_t&
     }
     dds_free(names);
   }
-  void* bytes = nullptr;
-  std::size_t size = 0;
-  if (dds_qget_userdata(endpoint.qos, &bytes, &size) && bytes != nullptr) {
-    const auto* begin = static_cast<const unsigned char*>(bytes);
-    result.user_data.assign(begin, begin + size);
-    dds_free(bytes);
-  }
+  result.user_data = user_data(endpoint.qos);
   return result;
 }
 
@@ -128,7 +133,7 @@ class DiscoveredParticipants : public Discovered {
 
   /// Only the key is filled in if it was never found.
   ParticipantBuiltinTopicData find(const dds_guid_t& guid) const {
-    ParticipantBuiltinTopicData result{guid, {}, {}, {}};
+    ParticipantBuiltinTopicData result{guid, {}, {}, {}, {}};
     dds_builtintopic_participant_t key{};
     key.key = guid;
     const dds_instance_handle_t instance = dds_lookup_instance(handle(), &key);
@@ -137,6 +142,7 @@ class DiscoveredParticipants : public Discovered {
       result.host = detail::property(found.qos, "__Hostname");
       result.process = detail::property(found.qos, "__ProcessName");
       result.pid = detail::property(found.qos, "__Pid");
+      result.user_data = detail::user_data(found.qos);
     });
     return result;
   }
