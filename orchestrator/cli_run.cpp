@@ -29,6 +29,7 @@ namespace consort {
 namespace {
 
 constexpr double kWaitByHand = 60.0;  // s, as the line to enter says it: what consort-agent takes without being told
+constexpr std::size_t kLongestRunName = 100;  // it is the tag by which processes find each other
 
 std::atomic<int> g_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
@@ -241,6 +242,9 @@ void RunVerb::check_options() const {
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
   if (experiment_.mode != Mode::simulate) {
     if (const std::string refusal = interface_refusal(interface_); !refusal.empty()) throw ConfigError("--interface: " + refusal);
+    const auto unfit = [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '\x7f'; };
+    if (run_name_.size() > kLongestRunName || std::any_of(run_name_.begin(), run_name_.end(), unfit))
+      throw ConfigError(fmt::format("--name: found {} bytes; allowed: up to {}, without spaces", run_name_.size(), kLongestRunName));
     if (const auto faults = configuration_faults(configuration_of_environment()); !faults.refusals.empty())
       throw ConfigError("CYCLONEDDS_URI: " + faults.refusals.front());
   }
@@ -320,6 +324,8 @@ Exit RunVerb::execute() {
   write_file(output_ / "host.json",
              host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
+  if (experiment_.mode != Mode::simulate && configuration_faults(configuration_of_environment()).no_multicast)
+    scribe_->note("CYCLONEDDS_URI turns multicast off: processes that find each other by it never will");
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
   const RunOptions run_options = options();

@@ -219,6 +219,7 @@ TEST_F(Cli, BadInputExitsTwoAndLeavesNothing) {
       {{"run", "ring.yaml", "--sed", "3"}, "unknown option '--sed'; did you mean '--seed'?"},
       {{"run", "ring.yaml", "--mode", "simulat"}, "did you mean 'simulate'?"},
       {{"run", "ring.yaml", "--mode", "lockstep", "--interface", "nix0"}, "'nix0', which this host does not have; allowed: "},
+      {{"run", "ring.yaml", "--mode", "lockstep", "--name", std::string(101, 'a')}, "--name: found 101 bytes; allowed: up to 100"},
       {{"list", "protocls"}, "did you mean 'protocols'?"},
       {{"export", "."}, "record.sqlite"},
       {{"run", "/dev/zero"}, "/dev/zero: is a device"},
