@@ -42,9 +42,9 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
   members_.reserve(members.size());
   for (const wire::Member& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
-    auto protocol =
-        entry.make(run.parameters.overridden_by(assigned.parameters),
-                   Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements, run.largest_state});
+    auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters),
+                               Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements,
+                                     run.largest_state, run.largest_control});
     auto senders = senders_of(assigned, run.agents);
     for (const AgentId sender : senders) listeners_[index_of(sender)].push_back(index);
     member_of_[index_of(assigned.agent)] = index;
@@ -54,6 +54,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
     const Layout& message = protocol->message_layout();
     Mailbox mailbox(assigned.agent, std::move(senders), message, links, run.seed, run.window, assigned.presence.from);
     std::vector<double> payload(message.size()), estimate(protocol->estimate_layout().size());
+    Layout recorded = recorded_part(protocol->recorded_layout(), run.recorded);
     first_ = index == 0 ? assigned.presence.from : std::min(first_, assigned.presence.from);
     members_.push_back({.id = assigned.agent,
                         .attendance = assigned.presence,
@@ -66,6 +67,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
                         .mailbox = std::move(mailbox),
                         .payload = std::move(payload),
                         .estimate = std::move(estimate),
+                        .recorded = std::move(recorded),
                         .report = {.agent = assigned.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}},
                         .hash = {},
                         .counters = {},
@@ -251,6 +253,9 @@ void Lockstep::add_report(Member& member) {
   member.report.estimates.insert(member.report.estimates.end(), member.estimate.begin(), member.estimate.end());
   member.report.hashes.push_back(member.hash.value());
   member.report.counters.push_back(member.counters);
+  auto& recorded = member.report.recorded;
+  recorded.resize(recorded.size() + member.recorded.size());
+  member.protocol->recorded(std::span(recorded).last(member.recorded.size()));
 }
 
 void Lockstep::check_length(const wire::Measurement& measurement) const {

@@ -53,6 +53,7 @@ class Lockstep {
   [[nodiscard]] bool over() const { return left_ == members_.size(); }
   [[nodiscard]] std::vector<wire::LinkReport> links() const;
   [[nodiscard]] const Protocol& protocol(std::size_t member) const { return *members_[member].protocol; }
+  [[nodiscard]] const Layout& recorded_layout(std::size_t member) const { return members_[member].recorded; }
 
   /// The slowest member: its round, and whom it waits for (empty: for a grant).
   struct Progress {
@@ -92,6 +93,7 @@ class Lockstep {
     std::vector<const Values*> told;  // by agent: what it announced, as far as this member knows
     Mailbox mailbox;
     std::vector<double> payload, estimate;
+    Layout recorded;  // what its reports hold beside the estimate
     wire::MemberReport report;
     HistoryHash hash;
     AgentCounters counters;

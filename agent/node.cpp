@@ -271,7 +271,8 @@ void Node::begin_run(Lock& lock) {
   std::vector<wire::Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     const Protocol& protocol = lockstep_->protocol(m);
-    layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout(), protocol.announcement()});
+    layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout(), protocol.announcement(),
+                       lockstep_->recorded_layout(m)});
   }
   lock.unlock();
   for (const wire::Layouts& layout : layouts) {

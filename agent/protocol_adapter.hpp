@@ -14,6 +14,7 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 namespace consort {
 
@@ -94,6 +95,41 @@ template <class P>
 concept NamesItsEstimate = requires(const typename P::State& s) {
   { P::estimate_fields(s) } -> std::same_as<std::vector<Field>>;
 };
+
+/// What u_i is in a record.
+inline constexpr ValueDoc kRecordedControl{"u", "vector m", "", "u_i of the round before (unit of the plant's input); 0 at the start"};
+
+/// A protocol says what else of its state is worth recording: numbers and matrices of fixed shapes, as a tuple, small ones first, and their
+/// names in the same order. The control of one that steers is recorded anyway, before them.
+template <class P>
+concept Records = requires(const typename P::Params& p, const typename P::State& s) {
+  P::recorded(p, s);
+  std::span<const ValueDoc>(P::recorded_values);
+  requires std::tuple_size_v<decltype(P::recorded(p, s))>
+  == std::size(P::recorded_values);
+};
+
+/// What a record of the protocol holds beside its estimate.
+template <class P>
+std::span<const ValueDoc> recorded_values_of() {
+  static const std::vector<ValueDoc> docs = [] {
+    std::vector<ValueDoc> all;
+    if constexpr (Steers<P>) all.push_back(kRecordedControl);
+    if constexpr (Records<P>) all.insert(all.end(), P::recorded_values.begin(), P::recorded_values.end());
+    return all;
+  }();
+  return docs;
+}
+
+/// What the numbers of its estimate are, if it says more than that they are x.
+template <class P>
+std::span<const ValueDoc> estimate_values_of() {
+  static constexpr std::array kX{ValueDoc{"x", "vector n", "", "estimate x_i"}};
+  if constexpr (requires { std::span<const ValueDoc>(P::estimate_values); })
+    return P::estimate_values;
+  else
+    return kX;
+}
 
 /// A state that is costly to hand on (windows, gains, vectors of any length) may be moved from round k to k + 1 where it is: transition
 /// then takes State& and returns nothing. Still a pure function: what comes out depends on what goes in alone.
@@ -209,10 +245,21 @@ class ProtocolOf final : public Protocol {
       estimate_layout_.fields = {{"x", static_cast<std::size_t>(P::estimate(state_).size()), 1}};
     if constexpr (Announces<P>) announcement_ = P::announcement(params_, setup);
     if constexpr (Steers<P>) control_size_ = static_cast<std::size_t>(P::control(params_, state_).size());
+    if constexpr (Steers<P>) recorded_control_ = std::max(control_size_, setup.largest_control);
+    if (recorded_control_ > 0) recorded_layout_.fields.push_back({std::string(kRecordedControl.name), recorded_control_, 1});
+    if constexpr (Records<P>) {
+      std::apply(
+          [&](const auto&... value) {
+            std::size_t i = 0;
+            (recorded_layout_.fields.push_back(detail::field(P::recorded_values[i++].name, value)), ...);
+          },
+          P::recorded(params_, state_));
+    }
   }
 
   [[nodiscard]] const Layout& message_layout() const override { return message_layout_; }
   [[nodiscard]] const Layout& estimate_layout() const override { return estimate_layout_; }
+  [[nodiscard]] const Layout& recorded_layout() const override { return recorded_layout_; }
 
   [[nodiscard]] const Values& announcement() const override { return announcement_; }
 
@@ -252,6 +299,25 @@ class ProtocolOf final : public Protocol {
     detail::put(to, P::estimate(state_));
   }
 
+  void recorded(std::span<double> out) const override {
+    double* to = out.data();
+    const double* const end = to + out.size();
+    if (recorded_control_ > 0 && to < end) {
+      control({to, control_size_});
+      std::fill_n(to + control_size_, recorded_control_ - control_size_, kAbsent);
+      to += recorded_control_;
+    }
+    if constexpr (Records<P>) {
+      const auto add = [&](const auto& value) {
+        if (to < end) detail::put(to, value);
+      };
+      std::apply([&](const auto&... value) { (add(value), ...); }, P::recorded(params_, state_));
+    }
+    check(to == end, "a record ends where a field does");
+    for (double& value : out)
+      if (!std::isfinite(value)) value = kAbsent;
+  }
+
   [[nodiscard]] std::size_t control_size() const override { return control_size_; }
   void control([[maybe_unused]] std::span<double> out) const override {
     if constexpr (Steers<P>) {
@@ -281,10 +347,10 @@ class ProtocolOf final : public Protocol {
   typename P::Params params_;
   typename P::State state_;
   Message prototype_;  // has the shapes of every message; its Numbers have their lengths only
-  Layout message_layout_, estimate_layout_;
+  Layout message_layout_, estimate_layout_, recorded_layout_;
   Values announcement_;
-  std::size_t control_size_ = 0;
-  std::vector<Heard<Message>> heard_;  // grows to the largest inbox seen, then is reused
+  std::size_t control_size_ = 0, recorded_control_ = 0;  // all agents record as much: what one of them lacks is absent
+  std::vector<Heard<Message>> heard_;                    // grows to the largest inbox seen, then is reused
 };
 
 }  // namespace consort

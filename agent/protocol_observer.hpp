@@ -63,6 +63,8 @@ inline constexpr std::array kFilterParameters{
 inline constexpr std::array kFilterInitial{
     ValueDoc{"x", "vector n", "0", "estimate at the start"},
     ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of that estimate"}};
+inline constexpr std::array kFilterEstimate{ValueDoc{"x", "vector n", "", "estimate of the plant's state"},
+                                            ValueDoc{"P", "covariance n x n", "", "its covariance P_i (unit of x squared)"}};
 
 /// Throws ConfigError.
 inline FilterParams filter_params(std::string_view who, const Values& values, const Setup& setup) {

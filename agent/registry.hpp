@@ -17,7 +17,9 @@ struct ProtocolEntry {
   std::string_view assumptions;  ///< what theory asks for, one line
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
-  bool announces = false;  ///< its agents tell everybody about themselves in their layout messages
+  std::span<const ValueDoc> estimate = {};  ///< what its estimate holds
+  std::span<const ValueDoc> recorded = {};  ///< what else of its state is worth recording
+  bool announces = false;                   ///< its agents tell everybody about themselves in their layout messages
   Truth truth = Truth::none;
   bool needs_plant = false;  ///< it measures or steers a plant, and an experiment without one is a mistake
   /// Throws ConfigError (naming parameter, what was found, what is allowed).

@@ -41,8 +41,18 @@ template <class Spec>
 ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
   bool needs_plant = false;
   if constexpr (requires { Spec::needs_plant; }) needs_plant = Spec::needs_plant;
-  return {Spec::name,    Spec::summary, Spec::source,     Spec::assumptions, Spec::parameters,
-          Spec::initial, announces,     truth_of<Spec>(), needs_plant,       make};
+  return {Spec::name,
+          Spec::summary,
+          Spec::source,
+          Spec::assumptions,
+          Spec::parameters,
+          Spec::initial,
+          estimate_values_of<Spec>(),
+          recorded_values_of<Spec>(),
+          announces,
+          truth_of<Spec>(),
+          needs_plant,
+          make};
 }
 
 template <template <int> class P>

@@ -22,6 +22,12 @@ enum class Discovery { automatic, multicast, neighbours };
 /// What an agent's death that nobody planned does to the run.
 enum class AgentLoss { abort, go_on };
 
+/// What the record holds beside estimates, where the file says so.
+struct Recording {
+  std::optional<bool> state;   ///< what else protocols say is worth recording; nullopt: as much as kRecordedNumbers
+  std::optional<bool> graphs;  ///< the graph of each segment; nullopt: up to a number of edges
+};
+
 /// A number source for a per-agent quantity. A file has been read into a list by then.
 struct PerAgent {
   struct Same {
@@ -57,6 +63,7 @@ struct ProtocolChoice {
     std::size_t number = 0;  ///< 0, 1, ... of the sweep's values
     std::string label;       ///< usable in the name of a metric
     LinkModel links;
+    std::optional<double> value = {};  ///< as a number, a duration in s; nullopt: it is not one
   };
   std::optional<Variant> variant = {};
   /// Its name in tables and before metrics.
@@ -165,6 +172,7 @@ struct Experiment {
   std::vector<Fault> faults;               ///< ascending by round
   LinkModel links;
   std::string sweep_text;  ///< YAML of the sweep; empty: none
+  std::string sweep_key;   ///< what is swept, such as links.loss
   std::optional<PlantSpec> plant;
   std::size_t agents_per_process = 1;
   AgentLoss on_agent_loss = AgentLoss::abort;
@@ -172,6 +180,7 @@ struct Experiment {
   Transport transport;
   Seconds deadline = 300.0;           ///< wall clock, for the whole run
   std::optional<Round> report_every;  ///< nullopt: chosen by report_interval()
+  Recording recording;
   Discovery discovery = Discovery::automatic;
   std::vector<std::string> metrics;
   std::vector<std::string> criteria;

@@ -7,6 +7,7 @@
 #include "core/metrics_observer.hpp"
 #include "core/metrics_realtime.hpp"
 #include "core/metrics_sensor_network.hpp"
+#include "core/metrics_state.hpp"
 #include "core/nearest.hpp"
 #include "core/spd.hpp"
 #include "core/stop.hpp"
@@ -110,6 +111,10 @@ constexpr std::array kTable{
                 "5.4.2); n where P is true. With several runs nees_low, nees_high: 95 % bounds for one independent sample a run (n times "
                 "runs degrees of freedom), wide for a mean over agents and time too: outside contradicts P, inside does not prove it",
                 nees},
+    MetricEntry{"P_trace", "agents with a covariance P or information Y that is recorded: mean of their final trace P_i, or trace Y_i^-1",
+                covariance_held},
+    MetricEntry{"control_peak", "agents that steer: largest component of a u_i in any reported round", control_effort},
+    MetricEntry{"control_rms", "agents that steer: root mean square of |u_i| over agents and reported rounds", control_effort},
     MetricEntry{"gain_min", "smallest final coupling gain among the agents that hear somebody", gain_min},
     MetricEntry{"gain_mean", "mean of those", gain_mean},
     MetricEntry{"gain_max", "largest of those", gain_max},

@@ -1,11 +1,13 @@
 #pragma once
-/// What a run leaves behind: estimates of the reported rounds, a hash over all rounds, message counts.
+/// What a run leaves behind: estimates of the reported rounds and what is recorded beside them, a hash over all rounds, message counts.
 
 #include "core/layout.hpp"
 #include "core/types.hpp"
 
 #include <bit>
+#include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace consort {
@@ -91,6 +93,7 @@ struct RoundReport {
   std::span<const AgentCounters> counters;           ///< n
   std::span<const double> states = {};               ///< n x state dimension: the true states of the plant; empty without a plant
   std::span<const std::uint64_t> state_hashes = {};  ///< n; empty without a plant
+  std::span<const double> recorded = {};             ///< n x recorded dimension: what agents record beside their estimates
 };
 
 /// The reported rounds of one run, ascending, ending with the last round.
@@ -101,7 +104,10 @@ struct Trace {
   std::vector<double> estimates;    ///< rounds.size() x agents x dimension
   std::size_t state_dimension = 0;  ///< of an agent's part of the plant; 0 without a plant
   Layout state_layout;
-  std::vector<double> states;  ///< rounds.size() x agents x state_dimension
+  std::vector<double> states;          ///< rounds.size() x agents x state_dimension
+  std::size_t recorded_dimension = 0;  ///< of what an agent records beside its estimate
+  Layout recorded_layout;
+  std::vector<double> recorded;  ///< rounds.size() x agents x recorded_dimension
   Truth truth = Truth::none;
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states, not their estimates
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
@@ -119,6 +125,19 @@ struct Trace {
   }
   [[nodiscard]] std::span<const double> state_at(std::size_t report, AgentId agent) const {
     return std::span(states).subspan((report * agents + index_of(agent)) * state_dimension, state_dimension);
+  }
+  [[nodiscard]] std::span<const double> recorded_at(std::size_t report, AgentId agent) const {
+    return std::span(recorded).subspan((report * agents + index_of(agent)) * recorded_dimension, recorded_dimension);
+  }
+  /// Where the numbers that agents record under a name lie: in their estimates, or beside them.
+  struct Place {
+    bool beside = false;
+    std::size_t at = 0;
+    Field field;
+  };
+  [[nodiscard]] std::optional<Place> place_of(std::string_view name) const;
+  [[nodiscard]] std::span<const double> numbers(const Place& place, std::size_t report, AgentId agent) const {
+    return (place.beside ? recorded_at(report, agent) : at(report, agent)).subspan(place.at, place.field.size());
   }
   /// What the agents are to agree on: agents x agreed_dimension() numbers of one report.
   [[nodiscard]] std::span<const double> agreed(const RoundReport& report) const {

@@ -15,4 +15,4 @@ set cbrange [1:10]
 set palette defined (1 "#2c5f8a", 5 "#7fa7c6", 6 "#e0a37e", 10 "#b3541e")
 unset colorbox
 # rows are ordered by round, then agent
-plot for [agent=1:10] data skip 1 every 10::(agent-1)::1209 using 2:4 with steps lw 1.2 lc palette cb agent
+plot for [agent=1:10] data skip 1 every 10::(agent-1)::1209 using 2:5 with steps lw 1.2 lc palette cb agent

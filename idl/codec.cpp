@@ -205,6 +205,7 @@ consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena
   out.agent = report.agent.value;
   out.rounds = borrow<decltype(out.rounds)>(report.rounds.data(), report.rounds.size());
   out.estimates = borrow<decltype(out.estimates)>(report.estimates.data(), report.estimates.size());
+  out.recorded = borrow<decltype(out.recorded)>(report.recorded.data(), report.recorded.size());
   out.hashes = borrow<decltype(out.hashes)>(report.hashes.data(), report.hashes.size());
   auto* counters = allocate<std::uint64_t>(arena, 3 * report.counters.size());
   for (std::size_t r = 0; r < report.counters.size(); ++r) {
@@ -449,9 +450,13 @@ MemberReport member_report(const consort_wire_MemberReport& in) {
   require(hashes.size() == rounds.size() && counters.size() == 3 * rounds.size(), "report.hashes");
   require(rounds.empty() ? estimates.empty() : estimates.size() % rounds.size() == 0, "report.estimates");
   require(all_known(estimates), "report.estimates");
+  const auto recorded = view(in.recorded);
+  require(rounds.empty() ? recorded.empty() : recorded.size() % rounds.size() == 0, "report.recorded");
+  require(all_known(recorded), "report.recorded");
   for (std::size_t r = 1; r < rounds.size(); ++r) require(rounds[r - 1] < rounds[r], "report.rounds");
   out.rounds.assign(rounds.begin(), rounds.end());
   out.estimates.assign(estimates.begin(), estimates.end());
+  out.recorded.assign(recorded.begin(), recorded.end());
   out.hashes.assign(hashes.begin(), hashes.end());
   for (std::size_t r = 0; r < rounds.size(); ++r) out.counters.push_back({counters[3 * r], counters[3 * r + 1], counters[3 * r + 2]});
   return out;
@@ -470,12 +475,14 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.dt = in.dt;
   out.rounds = in.rounds;
   out.report_interval = in.report_interval;
+  out.recorded = in.recorded ? *in.recorded ? 2 : 1 : 0;
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.standard_link = link_rule(0, 0, in.standard_link);
   out.link_changes = convert_all<decltype(out.link_changes)>(
       in.link_changes, arena, [](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec); });
   out.largest_state = in.largest_state;
+  out.largest_control = in.largest_control;
   out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
@@ -504,12 +511,16 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.dt = in.dt;
   out.rounds = in.rounds;
   out.report_interval = in.report_interval;
+  require(in.recorded <= 2, "recorded");
+  if (in.recorded > 0) out.recorded = in.recorded == 2;
   out.window = in.window;
   out.parameters = named_arrays(in.parameters, "parameters");
   out.standard_link = link_spec(in.standard_link);
   out.link_changes = link_changes(in.link_changes, [](const auto&) { return std::optional<Edge>(); });
   require(in.largest_state <= kMaxValues, "largest_state");
   out.largest_state = in.largest_state;
+  require(in.largest_control <= kMaxValues, "largest_control");
+  out.largest_control = in.largest_control;
   out.relays = in.relays;
   out.steers = in.steers;
   out.plant = in.plant;
@@ -618,6 +629,7 @@ consort_wire_Layout encode(const Layouts& in, Arena& arena) {
   out.epoch = in.epoch;
   out.message = convert_all<decltype(out.message)>(in.message.fields, arena, field_shape);
   out.estimate = convert_all<decltype(out.estimate)>(in.estimate.fields, arena, field_shape);
+  out.recorded = convert_all<decltype(out.recorded)>(in.recorded.fields, arena, field_shape);
   out.noise_offset = static_cast<std::uint32_t>(in.message.noise_offset);
   out.noise_size = static_cast<std::uint32_t>(in.message.noise_size);
   out.announcement = convert_all<decltype(out.announcement)>(in.announcement.entries(), arena, named_array);
@@ -625,8 +637,12 @@ consort_wire_Layout encode(const Layouts& in, Arena& arena) {
 }
 
 Layouts decode(const consort_wire_Layout& in) {
-  Layouts out{agent_id(in.agent, "agent"), in.epoch, layout(in.message, "message"), layout(in.estimate, "estimate"),
-              named_arrays(in.announcement, "announcement")};
+  Layouts out{agent_id(in.agent, "agent"),
+              in.epoch,
+              layout(in.message, "message"),
+              layout(in.estimate, "estimate"),
+              named_arrays(in.announcement, "announcement"),
+              layout(in.recorded, "recorded")};
   require(std::uint64_t{in.noise_offset} + in.noise_size <= out.message.size(), "noise_size");
   out.message.noise_offset = in.noise_offset;
   out.message.noise_size = in.noise_size;

@@ -65,12 +65,14 @@ struct Assignment {
   LinkSpec standard_link;
   std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
   std::uint32_t largest_state = 0;              ///< n_j of the largest part of the plant; 0 without one
+  std::uint32_t largest_control = 0;            ///< length of the longest u of any agent; 0 without a plant
   bool relays = false;                          ///< what others announced is passed on to whoever reads an agent
   bool steers = false;                          ///< the plant waits for every agent's actuation
   bool plant = false;                           ///< there is a plant: whoever measures waits for it
   bool realtime = false;                        ///< the wall clock paces the rounds
   Delivery delivery;
-  std::map<AgentId, Round> joining;  ///< agents that are not there, and when they join: nobody waits to meet them before
+  std::optional<bool> recorded = {};  ///< all or nothing of what is worth recording beside estimates; nullopt: what fits
+  std::map<AgentId, Round> joining;   ///< agents that are not there, and when they join: nobody waits to meet them before
   std::vector<Member> members;
 };
 
@@ -123,6 +125,7 @@ struct Layouts {
   std::uint32_t epoch = 0;
   Layout message, estimate;
   Values announcement = {};
+  Layout recorded = {};  ///< what its reports hold beside the estimate
 };
 
 /// Views: `values` is valid during the call it is handed to.
@@ -157,6 +160,7 @@ struct MemberReport {
   std::vector<double> estimates;
   std::vector<std::uint64_t> hashes;
   std::vector<AgentCounters> counters;
+  std::vector<double> recorded = {};  ///< what is recorded beside the estimates
 };
 struct LinkReport {
   Edge edge;

@@ -60,32 +60,35 @@ class DoctorVerb : public Verb {
 class ExportVerb : public Verb {
  public:
   explicit ExportVerb(CLI::App& parent) : Verb(*parent.add_subcommand("export", "")) {
-    document(app_,
-             "write a run's record as plain text\n"
-             "Writes one file per table of DIR/record.sqlite to DIR/csv/: runs, agents, estimates, links, events. The first line names the "
-             "columns, "
-             "numbers read back exactly, an empty field is a value that is not there. The record of a run that crashed is exported up to "
-             "its last "
-             "commit. `sqlite3 DIR/record.sqlite .schema` explains every column.",
-             {{"consort export results/meet_for_dinner-20250131-194500",
-               "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
-             {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
+    document(
+        app_,
+        "write a run's record as plain text\n"
+        "Writes one file per table of DIR/record.sqlite to DIR/csv/: experiment, runs, agents, estimates, columns, metrics, results, "
+        "criteria, segments, edges, links, network, processes, events. The first line names the columns, numbers read back exactly, an "
+        "empty field is a value that is not there. The record of a run that crashed is exported up to its last commit; records of "
+        "older versions are read as they are, and where their words meant something else is said on standard error. "
+        "`sqlite3 DIR/record.sqlite .schema` explains every column.",
+        {{"consort export results/meet_for_dinner-20250131-194500",
+          "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
+        {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
     app_.add_option("folder", folder_, "The output folder of a run.")->required()->type_name("DIR");
     app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180): the only format there is, and the default.");
     app_.add_flag("--json", json_, "Print which files were written, and their rows, as JSON.");
   }
 
   Exit execute() override {
-    const auto tables = export_csv(folder_);
+    const Exported exported = export_csv(folder_);
     if (json_) {
-      nlohmann::ordered_json json{{"files", nlohmann::ordered_json::array()}};
-      for (const ExportedTable& table : tables)
+      nlohmann::ordered_json json{{"format", exported.format}, {"files", nlohmann::ordered_json::array()}};
+      for (const ExportedTable& table : exported.tables)
         json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
+      json["remarks"] = exported.remarks;
       fmt::print("{}\n", dumped(json));
       return Exit::ok;
     }
-    for (const ExportedTable& table : tables)
+    for (const ExportedTable& table : exported.tables)
       fmt::print("{}  {} row{}\n", table.file.string(), grouped(table.rows), table.rows == 1 ? "" : "s");
+    for (const std::string& remark : exported.remarks) fmt::print(stderr, "{}\n", remark);
     return Exit::ok;
   }
 

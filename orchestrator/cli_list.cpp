@@ -32,12 +32,20 @@ std::string values(const char* title, std::span<const ValueDoc> docs, const Text
   return out;
 }
 
+/// Values that a protocol gives.
+std::string described(const char* title, std::span<const ValueDoc> docs, const TextStyle& style) {
+  std::string out;
+  for (const ValueDoc& doc : docs) out += paragraph(fmt::format("{} {}: {}; {}", title, doc.name, doc.meaning, doc.shape), 4, style);
+  return out;
+}
+
 void list_protocols(const TextStyle& style) {
   for (const ProtocolEntry& entry : protocol_table()) {
     fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
     fmt::print("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
                paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style));
-    fmt::print("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
+    fmt::print("{}{}", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
+    fmt::print("{}{}\n", described("estimate", entry.estimate, style), described("recorded", entry.recorded, style));
   }
 }
 
@@ -96,7 +104,8 @@ class ListVerb : public Verb {
   explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
     document(app_,
              "list what an experiment may use\n"
-             "protocols: each with its source, what it assumes, its parameters and initial values. plants: the models agents can steer and "
+             "protocols: each with its source, what it assumes, its parameters and initial values, what it estimates and what else is "
+             "recorded. plants: the models agents can steer and "
              "measure. topologies: graph families and schedules, and how they are written. metrics: what can be measured and used in "
              "criteria.",
              {{"consort list protocols", "The algorithms."},

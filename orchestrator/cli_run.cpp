@@ -28,7 +28,7 @@
 namespace consort {
 namespace {
 
-constexpr double kWaitByHand = 60.0;  // s, as the line to enter says it: what consort-agent takes without being told
+constexpr double kWaitByHand = 60.0;          // s, as the line to enter says it: what consort-agent takes without being told
 constexpr std::size_t kLongestRunName = 100;  // it is the tag by which processes find each other
 
 std::atomic<int> g_signal{0};
@@ -60,7 +60,7 @@ std::filesystem::path beside_this_program(const char* name) {
 class Scribe : public RunObserver {
  public:
   Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
-      : experiment_(experiment), record_(std::in_place, output / "record.sqlite"), results_(experiment, output) {
+      : experiment_(experiment), record_(std::in_place, output / "record.sqlite", experiment), results_(experiment, output) {
     if (!quiet)
       progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
         fmt::print(stderr, "{}", text);
@@ -73,7 +73,7 @@ class Scribe : public RunObserver {
   }
   void run_begins(const Job& job, const RunLayouts& layouts) override {
     if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    record_->begin_run(job, experiment_, layouts);
+    record_->begin_run(job, layouts);
     unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
     job_began_ = std::chrono::steady_clock::now();
     for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
@@ -90,8 +90,7 @@ class Scribe : public RunObserver {
     if (progress_) progress_->note(fmt::format("{} in round {}: {}", kind, round, text));
   }
   void run_ends(const JobOutcome& outcome) override {
-    record_->end_run(outcome);
-    results_.add(outcome);
+    record_->end_run(outcome, results_.add(outcome));
     unfinished_.reset();
   }
 
@@ -106,9 +105,15 @@ class Scribe : public RunObserver {
   }
   [[nodiscard]] Round round() const { return round_; }
   void keep(const SessionTimes& times) { times_ = times; }
-  /// Everything is on the disk, and the live line is gone. Throws RunError if writing the record failed.
+  /// Everything so far is on the disk, and the live line is gone. Throws RunError if writing the record failed.
   void close() {
     if (progress_) progress_->finish();
+    record_->flush();
+  }
+  /// The record ends with what came of it. Throws RunError if writing it failed.
+  void conclude(const Summary& summary) {
+    if (!record_) return;
+    record_->conclude(summary);
     record_->flush();
     record_.reset();
   }
@@ -120,7 +125,6 @@ class Scribe : public RunObserver {
       unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
       results_.add(*unfinished_);
     }
-    record_.reset();
   }
   [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
 
@@ -338,6 +342,7 @@ Exit RunVerb::execute() {
                                       : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
                                                                                                signal == SIGINT ? "SIGINT" : "SIGTERM",
                                                                                                scribe_->round(), experiment_.rounds));
+  scribe_->conclude(summary);
   conclude(summary);
   scribe_.reset();
   return summary.exit;
@@ -348,7 +353,13 @@ Exit RunVerb::abandon(Exit exit, const std::string& error) {
   // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
   if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
   scribe_->abandon();
-  conclude(scribe_->summary(exit, error));
+  const Summary summary = scribe_->summary(exit, error);
+  try {
+    scribe_->conclude(summary);
+  } catch (const RunError&) {
+    // The record may be what failed: `error` says so, and the rest is still told.
+  }
+  conclude(summary);
   return exit;
 }
 

@@ -5,10 +5,11 @@
 namespace consort {
 
 Collector::Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension,
-                     const std::map<AgentId, Attendance>& presence)
+                     const std::map<AgentId, Attendance>& presence, std::size_t recorded_dimension)
     : agents_(agents),
       dimension_(dimension),
       state_dimension_(state_dimension),
+      recorded_dimension_(recorded_dimension),
       rounds_(rounds),
       interval_(report_interval),
       presence_(presence) {
@@ -26,18 +27,25 @@ Attendance Collector::attendance_of(AgentId agent) const {
 }
 
 void Collector::fill_absent(Half& half, AgentId agent, const Last& last) {
-  const std::size_t index = index_of(agent), dimension = half.numbers.size() / half.here.size();
+  const std::size_t index = index_of(agent);
   if (half.here[index]) return;
-  std::fill_n(half.numbers.begin() + static_cast<std::ptrdiff_t>(index * dimension), dimension, kAbsent);
+  for (std::vector<double>* numbers : {&half.numbers, &half.recorded}) {
+    const std::size_t dimension = numbers->size() / half.here.size();
+    std::fill_n(numbers->begin() + static_cast<std::ptrdiff_t>(index * dimension), dimension, kAbsent);
+  }
   half.hashes[index] = last.hash;
   half.counters[index] = last.counters;
   half.here[index] = true;
   ++half.count;
 }
 
-Collector::Half Collector::new_half(Round k, std::size_t dimension, const LastWords& last) const {
-  Half half{std::vector<double>(agents_ * dimension), std::vector<std::uint64_t>(agents_), std::vector<AgentCounters>(agents_),
-            std::vector<bool>(agents_), 0};
+Collector::Half Collector::new_half(Round k, std::size_t dimension, std::size_t recorded, const LastWords& last) const {
+  Half half{std::vector<double>(agents_ * dimension),
+            std::vector<double>(agents_ * recorded),
+            std::vector<std::uint64_t>(agents_),
+            std::vector<AgentCounters>(agents_),
+            std::vector<bool>(agents_),
+            0};
   for (const auto& [agent, attendance] : presence_) {
     if (attendance.holds(k)) continue;
     if (k < attendance.from) {
@@ -55,11 +63,11 @@ Collector::Half Collector::new_half(Round k, std::size_t dimension, const LastWo
 }
 
 Collector::Row Collector::new_row(Round k) const {
-  Half agents = new_half(k, dimension_, last_agents_);
+  Half agents = new_half(k, dimension_, recorded_dimension_, last_agents_);
   for (const auto& [agent, departures] : departed_)
     for (const Departed& gone : departures)
       if (k >= gone.from && k < gone.until) fill_absent(agents, agent, gone.last);
-  return {std::move(agents), state_dimension_ > 0 ? new_half(k, state_dimension_, last_plant_) : Half{}};
+  return {std::move(agents), state_dimension_ > 0 ? new_half(k, state_dimension_, 0, last_plant_) : Half{}};
 }
 
 void Collector::depart(std::span<const AgentId> agents) {
@@ -94,8 +102,10 @@ AgentCounters Collector::of_earlier_stays(AgentId agent, Round k) const {
 }
 
 void Collector::add(const wire::MemberReport& report, bool of_plant) {
-  const std::size_t agent = index_of(report.agent), dimension = of_plant ? state_dimension_ : dimension_;
-  if (agent >= agents_ || report.estimates.size() != report.rounds.size() * dimension || (of_plant && state_dimension_ == 0)) {
+  const std::size_t agent = index_of(report.agent), dimension = of_plant ? state_dimension_ : dimension_,
+                    recorded = of_plant ? 0 : recorded_dimension_;
+  if (agent >= agents_ || report.estimates.size() != report.rounds.size() * dimension ||
+      report.recorded.size() != report.rounds.size() * recorded || (of_plant && state_dimension_ == 0)) {
     left_out_ += report.rounds.size();
     return;
   }
@@ -126,6 +136,8 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     ++half.count;
     std::copy_n(report.estimates.begin() + static_cast<std::ptrdiff_t>(r * dimension), dimension,
                 half.numbers.begin() + static_cast<std::ptrdiff_t>(agent * dimension));
+    std::copy_n(report.recorded.begin() + static_cast<std::ptrdiff_t>(r * recorded), recorded,
+                half.recorded.begin() + static_cast<std::ptrdiff_t>(agent * recorded));
     half.hashes[agent] = report.hashes[r];
     if (!of_plant) newest_[report.agent] = {k + 1, {report.hashes[r], counters}};
     half.counters[agent] = counters;
@@ -144,7 +156,8 @@ void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
       if (state_dimension_ > 0 &&
           std::any_of(departures.begin(), departures.end(), [k](const Departed& gone) { return k >= gone.from && k < gone.until; }))
         std::fill_n(row.plant.numbers.begin() + static_cast<std::ptrdiff_t>(index_of(agent) * state_dimension_), state_dimension_, kAbsent);
-    if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes})) return;
+    if (!use({k, row.agents.numbers, row.agents.hashes, row.agents.counters, row.plant.numbers, row.plant.hashes, row.agents.recorded}))
+      return;
   }
 }
 

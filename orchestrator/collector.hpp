@@ -15,9 +15,10 @@ namespace consort {
 class Collector {
  public:
   /// `state_dimension`: of an agent's part of the plant, 0 without one. `presence`: agents that join or leave on the way; an agent that
-  /// leaves reports the round it leaves in, which then counts as its last word.
+  /// leaves reports the round it leaves in, which then counts as its last word. `recorded_dimension`: of what an agent records beside its
+  /// estimate.
   Collector(std::size_t agents, std::size_t dimension, Round rounds, Round report_interval, std::size_t state_dimension = 0,
-            const std::map<AgentId, Attendance>& presence = {});
+            const std::map<AgentId, Attendance>& presence = {}, std::size_t recorded_dimension = 0);
 
   /// Takes one agent's reports (of who has come back: what it counted in earlier stays is added), or (`of_plant`) those of its part of the
   /// plant. What does not fit the run (unknown agent, wrong size, a round not reported, twice) is counted and left out.
@@ -35,6 +36,7 @@ class Collector {
   /// What one kind of reporter (the agents, or the plant on their parts) said of one round.
   struct Half {
     std::vector<double> numbers;
+    std::vector<double> recorded;  // beside the numbers
     std::vector<std::uint64_t> hashes;
     std::vector<AgentCounters> counters;
     std::vector<bool> here;
@@ -50,7 +52,7 @@ class Collector {
   };
   using LastWords = std::map<AgentId, std::map<Round, Last>>;  // of each stay, by the round in which it ended
   [[nodiscard]] Row new_row(Round k) const;
-  [[nodiscard]] Half new_half(Round k, std::size_t dimension, const LastWords& last) const;
+  [[nodiscard]] Half new_half(Round k, std::size_t dimension, std::size_t recorded, const LastWords& last) const;
   static void fill_absent(Half& half, AgentId agent, const Last& last);
   [[nodiscard]] Attendance attendance_of(AgentId agent) const;
   void keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant);
@@ -59,7 +61,7 @@ class Collector {
   [[nodiscard]] std::size_t number_of(Round k) const { return k / interval_ + (k % interval_ != 0 ? 1 : 0); }
   [[nodiscard]] Round round_of(std::size_t number) const;
 
-  std::size_t agents_, dimension_, state_dimension_;
+  std::size_t agents_, dimension_, state_dimension_, recorded_dimension_;
   Round rounds_, interval_;
   std::map<AgentId, Attendance> presence_;
   std::set<Round> ends_;  // of stays: every agent may say how it stands then

@@ -1,7 +1,7 @@
 #include "orchestrator/export.hpp"
 
 #include "core/errors.hpp"
-#include "orchestrator/results.hpp"
+#include "orchestrator/record_schema.hpp"
 #include "orchestrator/sqlite.hpp"
 
 #include <fmt/format.h>
@@ -56,25 +56,38 @@ std::size_t write_table(Database& database, const std::string& table, const std:
   return rows;
 }
 
+/// Runs that did not reach their end, and how far their record goes.
+void remark_on_unfinished(Database& database, std::vector<std::string>& remarks) {
+  Statement run = database.prepare(
+      "SELECT run, protocol, seed, (SELECT max(round) FROM estimates WHERE estimates.run = runs.run) FROM runs WHERE ended IS NULL ORDER "
+      "BY "
+      "run");
+  while (run.step())
+    remarks.push_back(fmt::format("run {} ({}, seed {}) did not reach its end; {}", run.integer(0), run.text(1), run.text(2),
+                                  run.is_null(3) ? "nothing of it is recorded" : "it is recorded up to round " + run.text(3)));
+}
+
 }  // namespace
 
-std::vector<ExportedTable> export_csv(const std::filesystem::path& folder) {
+Exported export_csv(const std::filesystem::path& folder) {
   const auto record = folder / "record.sqlite";
   if (!std::filesystem::exists(record))
     throw ConfigError(fmt::format("{}: holds no record.sqlite; allowed: an output folder of `consort run`", folder.string()));
   Database database(record, Database::Open::read);
+  Exported exported{record_format(database, record.string()), {}, {}};
   std::vector<std::string> tables;
   Statement table = database.prepare("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY rootpage");
   while (table.step()) tables.push_back(table.text(0));
   std::error_code failure;
   std::filesystem::create_directory(folder / "csv", failure);
   if (failure) throw RunError(fmt::format("cannot create the folder {}: {}", (folder / "csv").string(), failure.message()));
-  std::vector<ExportedTable> written;
   for (const auto& name : tables) {
     const auto file = folder / "csv" / (name + ".csv");
-    written.push_back({file, write_table(database, name, file)});
+    exported.tables.push_back({file, write_table(database, name, file)});
   }
-  return written;
+  exported.remarks = changes_since(exported.format);
+  remark_on_unfinished(database, exported.remarks);
+  return exported;
 }
 
 }  // namespace consort

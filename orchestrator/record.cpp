@@ -1,6 +1,9 @@
 #include "orchestrator/record.hpp"
 
+#include "agent/registry.hpp"
+#include "core/build.hpp"
 #include "core/errors.hpp"
+#include "orchestrator/record_schema.hpp"
 #include "orchestrator/sqlite.hpp"
 
 #include <fmt/chrono.h>
@@ -9,109 +12,86 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <ctime>
 #include <future>
 #include <limits>
+#include <map>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <utility>
 #include <variant>
 #include <vector>
 
 namespace consort {
 namespace {
 
-// Comments inside CREATE TABLE stay in the file: `sqlite3 record.sqlite .schema` explains the record to whoever opens it.
-constexpr const char* kSchema = R"sql(
-PRAGMA journal_mode = WAL;      -- a crash of the process loses nothing that was committed
-PRAGMA synchronous = NORMAL;    -- commits do not wait for the disk; only a power cut may lose the last ones
-PRAGMA user_version = 1;
-CREATE TABLE runs (              -- one row per protocol and seed
-  run INTEGER PRIMARY KEY,       -- 0, 1, ... protocol by protocol, seeds ascending
-  protocol TEXT NOT NULL,
-  seed NOT NULL,                 -- an integer; a text if it exceeds 63 bits
-  agents INTEGER NOT NULL,
-  began TEXT NOT NULL,           -- UTC
-  ended TEXT,                    -- UTC; NULL: the run did not reach its end
-  rounds INTEGER,                -- rounds executed
-  converged INTEGER,             -- 1: the stop rule's convergence held
-  seconds REAL,                  -- wall clock from round 0 to the last round
-  messages_sent INTEGER, messages_delivered INTEGER, messages_lost INTEGER,
-  trace_hash TEXT                -- 16 hexadecimal digits over every round of every agent
-);
-CREATE TABLE agents (            -- one row per run and agent; counts up to the last reported round
-  run INTEGER NOT NULL, agent INTEGER NOT NULL,
-  messages_sent INTEGER,         -- one per out-neighbour and round
-  messages_delivered INTEGER,    -- given to the protocol
-  messages_lost INTEGER,         -- dropped by the link model
-  history_hash TEXT,             -- over all rounds of this agent
-  PRIMARY KEY (run, agent)
-) WITHOUT ROWID;
-CREATE TABLE estimates (         -- one row per run, reported round and agent; then a column per named value: x, or x_0, x_1, or P_0_0, ...,
-                                 -- and plant_position, ... for the true state of the agent's part of the plant; NULL: not there
-  run INTEGER NOT NULL, round INTEGER NOT NULL, agent INTEGER NOT NULL,
-  PRIMARY KEY (run, round, agent)
-) WITHOUT ROWID;
-CREATE TABLE links (             -- one row per run and directed link that agents have told of
-  run INTEGER NOT NULL, sender INTEGER NOT NULL, receiver INTEGER NOT NULL,
-  delivered INTEGER NOT NULL,    -- given to the protocol
-  lost INTEGER NOT NULL,         -- dropped by the link model
-  duplicated INTEGER NOT NULL,   -- second copies the link model made
-  reordered INTEGER NOT NULL,    -- arrived in a later round than a newer message
-  superseded INTEGER NOT NULL,   -- arrived together with the same or a newer message, and not given to the protocol
-  PRIMARY KEY (run, sender, receiver)
-) WITHOUT ROWID;
-CREATE TABLE network (           -- real time: what the network did to a link's messages, apart from the link model
-  run INTEGER NOT NULL, sender INTEGER NOT NULL, receiver INTEGER NOT NULL,
-  sent INTEGER NOT NULL, received INTEGER NOT NULL, lost INTEGER NOT NULL, late INTEGER NOT NULL,
-  duplicated INTEGER NOT NULL, reordered INTEGER NOT NULL,
-  PRIMARY KEY (run, sender, receiver)
-) WITHOUT ROWID;
-CREATE TABLE processes (         -- how each process (0: the plant) kept time (in real time), and what it used; times in s
-  run INTEGER NOT NULL, process INTEGER NOT NULL,
-  periods INTEGER, missed_deadlines INTEGER, missed_inputs INTEGER, jitter_p50 REAL, jitter_p99 REAL, jitter_max REAL,
-  cpu REAL, resident_bytes INTEGER, sent_again_bytes INTEGER, dds_deadlines_missed INTEGER, liveliness_lost INTEGER
-);
-CREATE TABLE events (            -- what happened, in order
-  run INTEGER NOT NULL, round INTEGER NOT NULL, kind TEXT NOT NULL, text TEXT NOT NULL
-);
-)sql";
-
 constexpr std::size_t kMaxValues = 1900;                        // SQLite allows 2000 columns
 constexpr std::size_t kMaxPendingDoubles = 8u << 20;            // 64 MiB waiting for the disk; beyond that the run waits
 constexpr std::size_t kEagerDoubles = kMaxPendingDoubles / 8;   // start writing before the period is over
 constexpr auto kCommitPeriod = std::chrono::milliseconds(100);  // seldom enough to leave the cores to the agents
+constexpr std::size_t kMostGraphRows = 100'000;                 // of segments and edges, unless the experiment wants all
+constexpr std::size_t kDrawsPerRow = 10;                        // a draw costs as much of a row
+constexpr std::size_t kMostGraphsHeld = 64;                     // known by their address, without a look at their edges
 constexpr int kLeastPriority = 19;                              // nice value
 
 std::string utc_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 std::string hex(std::uint64_t word) { return fmt::format("{:016x}", word); }
 
-/// One name per number of the layout, usable in SQL without quotes: x; x_0, x_1, ...; P_0_0, P_1_0, ... (column-major).
-std::vector<std::string> column_names(const Layout& layout, const std::string& prefix = "") {
-  std::vector<std::string> names;
-  for (Field field : layout.fields) {
-    field.name.insert(0, prefix);
+/// A column of the table estimates.
+struct Column {
+  std::string name, kind;
+  Field field;
+  std::size_t row, column;
+  std::string meaning;
+};
+
+std::string meaning_in(std::span<const ValueDoc> docs, const std::string& field) {
+  const auto doc = std::find_if(docs.begin(), docs.end(), [&](const ValueDoc& each) { return each.name == field; });
+  return doc == docs.end() ? field : std::string(doc->meaning);
+}
+
+/// One column per number of the layout, usable in SQL without quotes: x; x_0, x_1, ...; P_0_0, P_1_0, ... (column-major).
+template <class Meaning>
+void add_columns_of(const Layout& layout, const std::string& kind, const std::string& prefix, Meaning&& meaning, std::vector<Column>& out) {
+  for (const Field& field : layout.fields) {
+    const std::string name = prefix + field.name, text = meaning(field.name);
     for (std::size_t column = 0; column < field.cols; ++column) {
       for (std::size_t row = 0; row < field.rows; ++row) {
-        if (field.size() == 1)
-          names.push_back(field.name);
-        else if (field.cols == 1)
-          names.push_back(fmt::format("{}_{}", field.name, row));
-        else
-          names.push_back(fmt::format("{}_{}_{}", field.name, row, column));
+        std::string numbered = name;
+        if (field.size() > 1) numbered += fmt::format("_{}", row);
+        if (field.cols > 1) numbered += fmt::format("_{}", column);
+        out.push_back({std::move(numbered), kind, field, row, column, text});
       }
     }
   }
-  return names;
+}
+
+/// What each agent of a protocol reports, in the order of its rows.
+std::vector<Column> columns_of(const ProtocolChoice& choice, const Experiment& experiment, const RunLayouts& layouts) {
+  const auto table = protocol_table();
+  const auto entry = std::find_if(table.begin(), table.end(), [&](const ProtocolEntry& each) { return each.name == choice.name; });
+  const auto docs = [&](auto docs_of) { return entry == table.end() ? std::span<const ValueDoc>() : (*entry).*docs_of; };
+  std::vector<Column> columns;
+  add_columns_of(
+      layouts.estimate, "estimate", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::estimate), field); }, columns);
+  add_columns_of(
+      layouts.recorded, "state", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::recorded), field); }, columns);
+  const std::string plant = experiment.plant ? experiment.plant->model : "";
+  add_columns_of(
+      layouts.state, "plant", "plant_",
+      [&](const auto& field) { return fmt::format("{}, true state of the agent's part of the plant {}", field, plant); }, columns);
+  return columns;
 }
 
 struct Begin {
   Job job;
   std::string protocol, at;
-  std::size_t agents;
-  std::vector<std::string> columns;
+  std::vector<Column> columns;
 };
 struct Rows {
   std::size_t run;
@@ -139,11 +119,12 @@ struct End {
   std::vector<LinkTotals> links;
   std::vector<NetworkTotals> network;
   std::vector<Performance> processes;
+  Metrics metrics;
 };
 
 /// What waits to be written, in order.
 struct Batch {
-  std::vector<std::variant<Begin, Rows, Happened, AgentRows, End>> entries;
+  std::vector<std::variant<Begin, Rows, Happened, AgentRows, End, Summary>> entries;
   std::vector<double> values;
   void clear() {
     entries.clear();
@@ -154,7 +135,27 @@ struct Batch {
 /// Turns entries into rows. Used by the writer's thread alone.
 class Writer {
  public:
-  explicit Writer(const std::filesystem::path& file) : database_(file, Database::Open::create) { database_.run(kSchema); }
+  Writer(const std::filesystem::path& file, const Experiment& experiment)
+      : experiment_(experiment), database_(file, Database::Open::create) {
+    database_.run(record_schema(experiment_.dt));
+    Statement row = database_.prepare(
+        "INSERT INTO experiment (format, program, name, description, text, mode, seed, runs, agents, rounds, dt, report_every, plant, "
+        "sweep_key, began) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+    row.bind(0, std::int64_t{kRecordFormat});
+    int column = 1;
+    for (const std::string_view text : {kBuild.version, std::string_view(experiment_.name), std::string_view(experiment_.description),
+                                        std::string_view(experiment_.resolved_text), name_of(experiment_.mode)})
+      row.bind(column++, text);
+    bind_seed(row, column++, experiment_.seed);
+    for (const std::size_t count : {experiment_.runs, experiment_.agents, std::size_t{experiment_.rounds}})
+      row.bind(column++, static_cast<std::int64_t>(count));
+    row.bind(column++, experiment_.dt);
+    row.bind(column++, static_cast<std::int64_t>(experiment_.report_interval()));
+    if (experiment_.plant) row.bind(column, experiment_.plant->model);
+    if (!experiment_.sweep_key.empty()) row.bind(column + 1, experiment_.sweep_key);
+    row.bind(column + 2, utc_now());
+    row.execute();
+  }
 
   void write(const Batch& batch) {
     database_.run("BEGIN");
@@ -165,27 +166,100 @@ class Writer {
  private:
   void write(const Begin& begin, const Batch&) {
     add_columns(begin.columns);
-    Statement run = database_.prepare("INSERT INTO runs (run, protocol, seed, agents, began) VALUES (?, ?, ?, ?, ?)");
+    const ProtocolChoice& choice = experiment_.protocols[begin.job.protocol];
+    Statement run = database_.prepare("INSERT INTO runs (run, protocol, sweep_value, seed, agents, began) VALUES (?, ?, ?, ?, ?, ?)");
     run.bind(0, static_cast<std::int64_t>(begin.job.number));
     run.bind(1, begin.protocol);
-    if (begin.job.seed.value <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-      run.bind(2, static_cast<std::int64_t>(begin.job.seed.value));
-    else
-      run.bind(2, std::to_string(begin.job.seed.value));
-    run.bind(3, static_cast<std::int64_t>(begin.agents));
-    run.bind(4, begin.at);
+    if (choice.variant && choice.variant->value) run.bind(2, *choice.variant->value);
+    bind_seed(run, 3, begin.job.seed);
+    run.bind(4, static_cast<std::int64_t>(experiment_.agents));
+    run.bind(5, begin.at);
     run.execute();
     Statement agent = database_.prepare("INSERT INTO agents (run, agent) VALUES (?, ?)");
     agent.bind(0, static_cast<std::int64_t>(begin.job.number));
-    for (std::size_t i = 0; i < begin.agents; ++i) {
+    for (std::size_t i = 0; i < experiment_.agents; ++i) {
       agent.bind(1, static_cast<std::int64_t>(i + 1));
       agent.execute();
     }
+    describe_columns(begin);
     std::string sql = "INSERT INTO estimates (run, round, agent";
-    for (const auto& column : begin.columns) sql += ", " + sql_identifier(column);
+    for (const Column& column : begin.columns) sql += ", " + sql_identifier(column.name);
     sql += ") VALUES (?, ?, ?";
     for (std::size_t i = 0; i < begin.columns.size(); ++i) sql += ", ?";
     insert_estimate_ = database_.prepare(sql + ")");
+    if (experiment_.recording.graphs == false) return;
+    schedule_.emplace(experiment_.schedule(begin.job.seed));
+    if (const auto* random = std::get_if<RandomLinks>(&experiment_.topology)) draws_ = random->base->edges().size();
+    next_segment_ = 0;
+    write_graphs(begin.job.number, 1);
+  }
+
+  void describe_columns(const Begin& begin) {
+    Statement row = database_.prepare("INSERT OR IGNORE INTO columns VALUES (?, ?, ?, ?, ?, ?, ?)");
+    row.bind(0, begin.protocol);
+    for (const Column& column : begin.columns) {
+      row.bind(1, column.name);
+      row.bind(2, column.kind);
+      row.bind(3, column.field.name);
+      row.bind(4, static_cast<std::int64_t>(column.row));
+      row.bind(5, static_cast<std::int64_t>(column.column));
+      row.bind(6, column.meaning);
+      row.execute();
+    }
+  }
+
+  /// The graphs of the rounds before `end`, as far as they are not there yet.
+  void write_graphs(std::size_t run, Round end) {
+    while (schedule_ && next_segment_ < std::min(end, experiment_.rounds)) {
+      const Schedule::Segment segment = schedule_->segment(next_segment_);
+      const auto graph = number_of(segment.graph);
+      if (!graph) {
+        write(Happened{run, next_segment_, "record",
+                       fmt::format("the graphs from round {} on are not recorded; `record: {{graphs: true}}` records all", next_segment_)},
+              {});
+        schedule_.reset();
+        return;
+      }
+      const Round last = std::min(segment.last, experiment_.rounds - 1);
+      Statement row = database_.prepare("INSERT INTO segments VALUES (?, ?, ?, ?)");
+      row.bind(0, static_cast<std::int64_t>(run));
+      row.bind(1, static_cast<std::int64_t>(next_segment_));
+      row.bind(2, static_cast<std::int64_t>(last));
+      row.bind(3, *graph);
+      row.execute();
+      graph_rows_ += 1 + draws_ / kDrawsPerRow;
+      next_segment_ = last + 1;
+    }
+  }
+
+  /// Equal graphs have one number; a new one's edges are written. Nothing if that would be too much.
+  std::optional<std::int64_t> number_of(const std::shared_ptr<const Graph>& graph) {
+    const bool enough = !experiment_.recording.graphs && graph_rows_ >= kMostGraphRows;
+    if (const auto known = by_object_.find(graph); known != by_object_.end()) return enough ? std::nullopt : std::optional(known->second);
+    const auto edges = graph->edges();
+    if (enough || (!experiment_.recording.graphs && graph_rows_ + edges.size() > kMostGraphRows)) return std::nullopt;
+    HistoryHash content;
+    for (const auto& [edge, weight] : edges) {
+      content.mix(std::uint64_t{edge.from.value} << 32 | edge.to.value);
+      content.extend(std::span(&weight, 1));
+    }
+    const auto [known, is_new] = by_content_.try_emplace({content.value(), edges.size()}, static_cast<std::int64_t>(by_content_.size()));
+    if (by_object_.size() == kMostGraphsHeld) by_object_.clear();
+    by_object_.emplace(graph, known->second);
+    if (is_new) write_edges(known->second, edges);
+    return known->second;
+  }
+
+  void write_edges(std::int64_t graph, const std::vector<WeightedEdge>& edges) {
+    Statement row = database_.prepare("INSERT INTO edges VALUES (?, ?, ?, ?)");
+    row.bind(0, graph);
+    for (const auto& [edge, weight] : edges) {
+      row.bind(1, static_cast<std::int64_t>(edge.from.value));
+      row.bind(2, static_cast<std::int64_t>(edge.to.value));
+      row.bind(3, weight);
+      row.execute();
+    }
+    graph_rows_ += edges.size();
   }
 
   void write(const Rows& rows, const Batch& batch) {
@@ -197,10 +271,11 @@ class Writer {
       for (std::size_t i = 0; i < rows.dimension; ++i) insert_estimate_->bind(static_cast<int>(3 + i), *value++);
       insert_estimate_->execute();
     }
+    write_graphs(rows.run, rows.round);
   }
 
   void write(const Happened& event, const Batch&) {
-    Statement insert = database_.prepare("INSERT INTO events VALUES (?, ?, ?, ?)");
+    Statement insert = database_.prepare("INSERT INTO events (run, round, kind, text) VALUES (?, ?, ?, ?)");
     insert.bind(0, static_cast<std::int64_t>(event.run));
     insert.bind(1, static_cast<std::int64_t>(event.round));
     insert.bind(2, event.kind);
@@ -223,7 +298,7 @@ class Writer {
   void write(const End& end, const Batch&) {
     Statement update = database_.prepare(
         "UPDATE runs SET messages_sent = ?, messages_delivered = ?, messages_lost = ?, ended = ?, rounds = ?, converged = ?, seconds = ?, "
-        "trace_hash = ? WHERE run = ?");
+        "run_hash = ? WHERE run = ?");
     bind_counters(update, 0, end.totals);
     update.bind(3, end.at);
     update.bind(4, static_cast<std::int64_t>(end.rounds));
@@ -246,6 +321,39 @@ class Writer {
     }
     write_network(end);
     write_processes(end);
+    Statement metric = database_.prepare("INSERT INTO metrics VALUES (?, ?, ?)");
+    metric.bind(0, static_cast<std::int64_t>(end.run));
+    for (const auto& [name, value] : end.metrics) {
+      metric.bind(1, name);
+      metric.bind(2, value);
+      metric.execute();
+    }
+  }
+
+  void write(const Summary& summary, const Batch&) {
+    Statement end = database_.prepare(
+        "UPDATE experiment SET ended = ?, exit = ?, error = ?, trace_hash = ?, startup_seconds = ?, rounds_per_second = ?");
+    end.bind(0, utc_now());
+    end.bind(1, static_cast<std::int64_t>(summary.exit));
+    if (!summary.error.empty()) end.bind(2, summary.error);
+    end.bind(3, hex(summary.trace_hash));
+    end.bind(4, summary.startup_seconds);
+    end.bind(5, summary.rounds_per_second);
+    end.execute();
+    Statement result = database_.prepare("INSERT INTO results VALUES (?, ?)");
+    for (const auto& [name, value] : summary.metrics) {
+      result.bind(0, name);
+      result.bind(1, value);
+      result.execute();
+    }
+    Statement criterion = database_.prepare("INSERT INTO criteria VALUES (?, ?, ?, ?)");
+    for (std::size_t i = 0; i < summary.criteria.size(); ++i) {
+      criterion.bind(0, static_cast<std::int64_t>(i));
+      criterion.bind(1, summary.criteria[i].text);
+      criterion.bind(2, std::int64_t{summary.criteria[i].met});
+      criterion.bind(3, summary.criteria[i].value);
+      criterion.execute();
+    }
   }
 
   void write_network(const End& end) {
@@ -273,12 +381,16 @@ class Writer {
   }
 
   /// Several protocols share the table: each brings the columns that are not there yet; the others' stay NULL in its rows.
-  void add_columns(const std::vector<std::string>& columns) {
-    for (const auto& column : columns) {
-      if (std::find(columns_.begin(), columns_.end(), column) != columns_.end()) continue;
-      database_.run("ALTER TABLE estimates ADD COLUMN " + sql_identifier(column) + " REAL");
-      columns_.push_back(column);
-    }
+  void add_columns(const std::vector<Column>& columns) {
+    for (const Column& column : columns)
+      if (columns_.insert(column.name).second) database_.run("ALTER TABLE estimates ADD COLUMN " + sql_identifier(column.name) + " REAL");
+  }
+
+  static void bind_seed(Statement& statement, int parameter, Seed seed) {
+    if (seed.value <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
+      statement.bind(parameter, static_cast<std::int64_t>(seed.value));
+    else
+      statement.bind(parameter, std::to_string(seed.value));
   }
 
   static void bind_counters(Statement& statement, int first, const AgentCounters& counters) {
@@ -287,15 +399,22 @@ class Writer {
     statement.bind(first + 2, static_cast<std::int64_t>(counters.lost));
   }
 
+  const Experiment& experiment_;
   Database database_;
   std::optional<Statement> insert_estimate_;
-  std::vector<std::string> columns_;
+  std::set<std::string> columns_;
+  std::optional<Schedule> schedule_;  // of the run that is going on; nothing where its graphs are not recorded, or not any more
+  Round next_segment_ = 0;
+  std::map<std::shared_ptr<const Graph>, std::int64_t> by_object_;
+  std::map<std::pair<std::uint64_t, std::size_t>, std::int64_t> by_content_;  // by hash and number of edges
+  std::size_t graph_rows_ = 0;                                                // of segments and edges
+  std::size_t draws_ = 0;                                                     // that it takes to find the graph of a segment
 };
 
 }  // namespace
 
 struct Record::Impl {
-  explicit Impl(const std::filesystem::path& file) : writer(file) {
+  Impl(const std::filesystem::path& file, const Experiment& about) : experiment(about), writer(file, about) {
     // The task's future carries the writer's failure to whoever asks next.
     finished = std::async(std::launch::async, [this] { write_until_closed(); }).share();
   }
@@ -365,6 +484,7 @@ struct Record::Impl {
     if (stopped) finished.get();
   }
 
+  const Experiment& experiment;
   Writer writer;
   std::mutex mutex;
   std::condition_variable wake, progress;
@@ -375,34 +495,35 @@ struct Record::Impl {
   std::shared_future<void> finished;
 };
 
-Record::Record(const std::filesystem::path& file) : impl_(std::make_unique<Impl>(file)) {}
+Record::Record(const std::filesystem::path& file, const Experiment& experiment) : impl_(std::make_unique<Impl>(file, experiment)) {}
 Record::~Record() = default;
 
-void Record::begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts) {
-  const std::string protocol = experiment.protocols.at(job.protocol).title();
-  const std::size_t size = layouts.estimate.size() + layouts.state.size();
-  if (size > kMaxValues)
-    throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}", kMaxValues, protocol, size));
+void Record::begin_run(const Job& job, const RunLayouts& layouts) {
+  const Experiment& experiment = impl_->experiment;
+  const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
+  std::vector<Column> columns = columns_of(choice, experiment, layouts);
+  if (columns.size() > kMaxValues)
+    throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}{}", kMaxValues, choice.title(),
+                               columns.size(), experiment.recording.state == true ? "; allowed: without `record: {state: true}`" : ""));
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   impl_->current.run = job.number;
-  std::vector<std::string> columns = column_names(layouts.estimate);
-  const std::vector<std::string> of_plant = column_names(layouts.state, "plant_");
-  columns.insert(columns.end(), of_plant.begin(), of_plant.end());
-  impl_->hand_over(Begin{job, protocol, utc_now(), experiment.agents, std::move(columns)});
+  impl_->hand_over(Begin{job, choice.title(), utc_now(), std::move(columns)});
 }
 
 void Record::add(const Job& job, const RoundReport& report) {
   const auto lock = impl_->lock_for_writing();
   const std::size_t agents = report.counters.size();
   auto& values = impl_->pending.values;
-  const std::size_t of_agent = agents == 0 ? 0 : report.estimates.size() / agents,
-                    of_plant = agents == 0 ? 0 : report.states.size() / agents;
-  impl_->hand_over(Rows{job.number, report.k, agents, of_agent + of_plant, values.size()});
+  const std::array parts{report.estimates, report.recorded, report.states};
+  std::size_t width = 0;
+  for (const auto& part : parts) width += agents == 0 ? 0 : part.size() / agents;
+  impl_->hand_over(Rows{job.number, report.k, agents, width, values.size()});
   for (std::size_t i = 0; i < agents; ++i) {
-    const auto estimate = report.estimates.subspan(i * of_agent, of_agent), state = report.states.subspan(i * of_plant, of_plant);
-    values.insert(values.end(), estimate.begin(), estimate.end());
-    values.insert(values.end(), state.begin(), state.end());
+    for (const auto& part : parts) {
+      const auto of_agent = part.subspan(i * (part.size() / agents), part.size() / agents);
+      values.insert(values.end(), of_agent.begin(), of_agent.end());
+    }
   }
   impl_->current.counters.assign(report.counters.begin(), report.counters.end());
   impl_->current.hashes.assign(report.hashes.begin(), report.hashes.end());
@@ -414,12 +535,18 @@ void Record::event(const Job& job, Round round, const std::string& kind, const s
   impl_->hand_over(Happened{job.number, round, kind, text});
 }
 
-void Record::end_run(const JobOutcome& outcome) {
+void Record::end_run(const JobOutcome& outcome, const Metrics& metrics) {
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
   impl_->hand_over(End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(),
-                       trace.links, trace.network, trace.processes});
+                       trace.links, trace.network, trace.processes, metrics});
+}
+
+void Record::conclude(const Summary& summary) {
+  const auto lock = impl_->lock_for_writing();
+  impl_->hand_over_agents();
+  impl_->hand_over(summary);
 }
 
 void Record::flush() {

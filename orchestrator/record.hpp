@@ -1,7 +1,7 @@
 #pragma once
 /// The record of a run: SQLite in WAL mode, so that a crash loses nothing committed. Writing happens on a thread of its own, in batches.
 
-#include "orchestrator/run.hpp"
+#include "orchestrator/results.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -11,17 +11,18 @@ namespace consort {
 
 class Record {
  public:
-  /// Creates `file` (must not exist). Throws RunError with SQLite's words and the path.
-  explicit Record(const std::filesystem::path& file);
+  /// Creates `file` (must not exist), the record of `experiment`, which must outlive it. Throws RunError with SQLite's words and the path.
+  Record(const std::filesystem::path& file, const Experiment& experiment);
   ~Record();  ///< drains and closes
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
-  void begin_run(const Job& job, const Experiment& experiment, const RunLayouts& layouts);
+  void begin_run(const Job& job, const RunLayouts& layouts);
   void add(const Job& job, const RoundReport& report);
   void event(const Job& job, Round round, const std::string& kind, const std::string& text);
-  void end_run(const JobOutcome& outcome);
-  void flush();  ///< returns when everything handed over so far is committed; throws RunError if writing failed
+  void end_run(const JobOutcome& outcome, const Metrics& metrics = {});
+  void conclude(const Summary& summary);  ///< what came of all runs
+  void flush();                           ///< returns when everything handed over so far is committed; throws RunError if writing failed
 
  private:
   struct Impl;

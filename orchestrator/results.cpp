@@ -137,7 +137,7 @@ Results::Results(const Experiment& experiment, std::filesystem::path output) : e
   }
 }
 
-void Results::add(const JobOutcome& outcome) {
+Metrics Results::add(const JobOutcome& outcome) {
   ProtocolResult& result = protocols_.at(outcome.job.protocol);
   const Trace& trace = outcome.trace;
   hash_.mix(trace.hash);
@@ -151,9 +151,10 @@ void Results::add(const JobOutcome& outcome) {
   result.seconds += outcome.seconds;
   ++result.runs;
   RunMetrics& run = result.per_run.emplace_back(RunMetrics{outcome.job.seed, {}});
-  if (trace.rounds.empty()) return;
+  if (trace.rounds.empty()) return {};
   run.metrics = compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
   run.diverged = divergence(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
+  return run.metrics;
 }
 
 std::uint64_t samples_of(const std::vector<Refusal>& refused) {

@@ -67,7 +67,8 @@ struct Summary {
 class Results {
  public:
   Results(const Experiment& experiment, std::filesystem::path output);
-  void add(const JobOutcome& outcome);  ///< computes the metrics, so the trace need not be kept
+  /// Computes the metrics, so the trace need not be kept, and gives those of this run; none if nothing was reported.
+  Metrics add(const JobOutcome& outcome);
   void keep(const std::vector<Refusal>& refused) { refused_ = refused; }
   /// What is known so far. With `error` empty the criteria are judged and decide between Exit::ok and Exit::criterion_not_met.
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;

@@ -74,7 +74,8 @@ class JobRun {
   JobOutcome run() {
     const RunLayouts layouts = session_.layouts();
     trace_ = layouts.empty_trace(experiment_.agents);
-    collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_, trace_.state_dimension, experiment_.presence);
+    collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_, trace_.state_dimension, experiment_.presence,
+                       trace_.recorded_dimension);
     observer_.run_begins(job_, layouts);
     started_ = Clock::now();
     last_news_ = started_;

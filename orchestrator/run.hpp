@@ -33,11 +33,14 @@ struct RunLayouts {
   Layout state = {};              ///< of an agent's part of the plant; empty without one
   Truth truth = Truth::none;      ///< what the agents estimate
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states
+  Layout recorded = {};           ///< beside the estimate
   [[nodiscard]] Trace empty_trace(std::size_t agents) const {
     Trace trace;
     trace.agents = agents;
     trace.dimension = estimate.size();
     trace.estimate_layout = estimate;
+    trace.recorded_dimension = recorded.size();
+    trace.recorded_layout = recorded;
     trace.state_dimension = state.size();
     trace.state_layout = state;
     trace.truth = truth;

@@ -93,6 +93,7 @@ class TopLevel {
         if (const auto value = read_whole(mistakes_, every, "telemetry.every", 1, kMostRounds))
           out_.report_every = static_cast<Round>(*value);
     }
+    if (const auto node = top_.find("record"); present(node)) read_recording(node);
     static const std::array<std::string, 3> kDiscoveries{"auto", "multicast", "neighbours"};
     static const std::array<std::string, 2> kLosses{"abort", "continue"};
     if (const auto node = top_.find("on_agent_loss"); present(node))
@@ -315,6 +316,18 @@ class TopLevel {
     duration("liveliness", out.liveliness_lease);
   }
 
+  void read_recording(const YAML::Node& node) {
+    const Section section(mistakes_, node, "record", "/definitions/record");
+    const auto choice = [&](const char* key, std::optional<bool>& into) {
+      const auto value = section.find(key);
+      if (!present(value)) return;
+      into = plain_switch(value);
+      if (!into) mistakes_.add(value, fmt::format("record.{}: found {}; allowed: true or false", key, describe(value)));
+    };
+    choice("state", out_.recording.state);
+    choice("graphs", out_.recording.graphs);
+  }
+
   void read_placement() {
     const std::uint64_t most = std::max<std::uint64_t>(out_.agents, 1);
     if (const auto node = top_.find("placement"); present(node)) {
@@ -427,8 +440,22 @@ class TopLevel {
   std::map<AgentId, std::vector<EventOfProcess>> process_events_;
 };
 
+/// A newer file would be misread, and every other mistake in it beside the point.
+void check_format(Mistakes& mistakes, const YAML::Node& document) {
+  const YAML::Node node = document.IsMap() ? document["format"] : YAML::Node(YAML::NodeType::Undefined);
+  if (!present(node)) return;
+  const auto format = whole_number(node);
+  if (!format || *format < 1)
+    mistakes.add(node, fmt::format("format: found {}; allowed: {}, or no such line", describe(node), kFileFormat));
+  else if (*format > kFileFormat)
+    mistakes.add(node, fmt::format("format: found {}, a file for a newer consort; allowed: {}, the newest that this one reads", *format,
+                                   kFileFormat));
+}
+
 Experiment read(Mistakes& mistakes, const std::string& text, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
   const YAML::Node document = read_document(text, mistakes);
+  mistakes.raise();
+  check_format(mistakes, document);
   mistakes.raise();
   check_duplicate_keys(mistakes, document);
 

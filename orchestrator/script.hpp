@@ -11,6 +11,9 @@
 
 namespace consort {
 
+/// Of the experiment file: `format: 1` may stand in it. What a file of a newer format means is not known here.
+inline constexpr std::uint64_t kFileFormat = 1;
+
 /// What the command line sets on top of the file.
 struct ScriptOverrides {
   std::optional<Mode> mode = {};

@@ -319,6 +319,15 @@ std::vector<SweptValue> swept_values(Mistakes& mistakes, const YAML::Node& node,
   return out;
 }
 
+// A value as a number: plain, in s where it is a duration, or the only thing in a mapping ({bernoulli: 0.1}).
+std::optional<double> number_in(const YAML::Node& value) {
+  if (value.IsMap() && value.size() == 1) return number_in(value.begin()->second);
+  if (const auto number = plain_number(value)) return number;
+  Mistakes trial("");
+  const auto seconds = read_duration(trial, value, "");
+  return trial.none() ? seconds : std::nullopt;
+}
+
 // The links section with another value at `path` (keys below `links`).
 YAML::Node with_value(const YAML::Node& links, const std::string& path, const YAML::Node& value) {
   YAML::Node out = present(links) && links.IsMap() ? YAML::Clone(links) : YAML::Node(YAML::NodeType::Map);
@@ -364,13 +373,14 @@ void read_sweep(Mistakes& mistakes, const YAML::Node& node, const YAML::Node& li
       mistakes.add(swept.value, error.what());
     }
     changes.apply(tried.links);
-    variants.push_back({variants.size(), swept.label, std::move(tried.links)});
+    variants.push_back({variants.size(), swept.label, std::move(tried.links), number_in(swept.value)});
   }
   std::vector<ProtocolChoice> expanded;
   for (const ProtocolChoice& choice : experiment.protocols)
     for (const auto& variant : variants) expanded.push_back({choice.name, choice.parameters, variant});
   experiment.protocols = std::move(expanded);
   experiment.sweep_text = YAML::Dump(node);
+  experiment.sweep_key = key;
 }
 
 LinkEvent read_link_event(Mistakes& mistakes, const YAML::Node& node, const std::string& what, Round round, bool heal, std::size_t agents) {

@@ -1,6 +1,7 @@
 #include "orchestrator/script_resolved.hpp"
 
 #include "agent/registry.hpp"
+#include "orchestrator/script.hpp"
 #include "orchestrator/script_links.hpp"
 #include "orchestrator/script_numbers.hpp"
 #include "orchestrator/script_topology.hpp"
@@ -258,6 +259,7 @@ YAML::Node matrix_node(const Matrix& value) { return node_of(value); }
 
 std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   Node out(YAML::NodeType::Map);
+  out["format"] = kFileFormat;
   out["experiment"] = experiment.name;
   out["mode"] = std::string(name_of(experiment.mode));
   out["seed"] = experiment.seed.value;
@@ -287,6 +289,8 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
   out["on_agent_loss"] = experiment.on_agent_loss == AgentLoss::abort ? "abort" : "continue";
   out["stop"]["deadline"] = number_text(experiment.deadline);
   if (experiment.report_every) out["telemetry"]["every"] = *experiment.report_every;
+  if (experiment.recording.state) out["record"]["state"] = *experiment.recording.state;
+  if (experiment.recording.graphs) out["record"]["graphs"] = *experiment.recording.graphs;
   out["discovery"] = experiment.discovery == Discovery::multicast    ? "multicast"
                      : experiment.discovery == Discovery::neighbours ? "neighbours"
                                                                      : "auto";

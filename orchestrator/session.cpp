@@ -415,9 +415,11 @@ std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) c
   for (const LinkModel::Change& change : links.changes)
     if (!change.edge) common.link_changes.push_back(change);
   if (maker_->physics()) common.largest_state = static_cast<std::uint32_t>(maker_->physics()->state_layout().size());
+  common.largest_control = static_cast<std::uint32_t>(maker_->largest_control());
   common.relays = need_relays(told_, placement_.support, experiment_.presence);
   common.plant = has_plant();
   common.steers = steers_;
+  common.recorded = experiment_.recording.state;
   common.realtime = experiment_.mode == Mode::realtime;
   common.delivery = delivery();
   for (const auto& [agent, presence] : experiment_.presence)
@@ -711,12 +713,13 @@ RunLayouts Session::layouts() const {
   check(!layouts_.empty(), "layouts are known once everybody is ready");
   const wire::Layouts& first = layouts_.begin()->second;
   for (const auto& [agent, layouts] : layouts_) {
-    if (!(layouts.estimate == first.estimate)) {
+    if (!(layouts.estimate == first.estimate && layouts.recorded == first.recorded)) {
       throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent " +
                      std::to_string(first.agent.value) + "; all agents of a run must have the same dimension");
     }
   }
   RunLayouts names{first.message, first.estimate};
+  names.recorded = first.recorded;
   if (maker_->physics()) {
     names.state = maker_->physics()->state_layout();
     names.truth = protocol_->truth;

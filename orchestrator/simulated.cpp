@@ -27,6 +27,7 @@ RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
   const AgentMaker maker(experiment, experiment.protocols.at(job.protocol), job.seed);
   const auto protocol = maker.make(AgentId{1});
   RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
+  layouts.recorded = recorded_part(protocol->recorded_layout(), experiment.recording.state);
   if (maker.physics()) {
     layouts.state = maker.physics()->state_layout();
     layouts.truth = find_protocol(experiment.protocols.at(job.protocol).name).truth;
@@ -64,7 +65,7 @@ class Watch {
 /// A finished job with its reports, waiting for its turn to be handed to the observer.
 struct Finished {
   JobOutcome outcome;
-  std::vector<double> estimates, states;
+  std::vector<double> estimates, states, recorded;
   std::vector<std::uint64_t> hashes, state_hashes;
   std::vector<AgentCounters> counters;
   double began_seconds = 0.0;  ///< of round 0, after the call
@@ -74,6 +75,7 @@ struct Finished {
     estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
     hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
     counters.insert(counters.end(), report.counters.begin(), report.counters.end());
+    recorded.insert(recorded.end(), report.recorded.begin(), report.recorded.end());
     states.insert(states.end(), report.states.begin(), report.states.end());
     state_hashes.insert(state_hashes.end(), report.state_hashes.begin(), report.state_hashes.end());
   }
@@ -81,10 +83,12 @@ struct Finished {
   void replay(const Experiment& experiment, RunObserver& observer) const {
     EventTeller teller(experiment, outcome.job, observer);
     const Trace& trace = outcome.trace;
-    const std::size_t n = trace.agents, width = n * trace.dimension, state_width = n * trace.state_dimension;
+    const std::size_t n = trace.agents, width = n * trace.dimension, state_width = n * trace.state_dimension,
+                      recorded_width = n * trace.recorded_dimension;
     for (std::size_t i = 0; i < trace.rounds.size(); ++i) {
       RoundReport report{trace.rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * n, n),
                          std::span(counters).subspan(i * n, n)};
+      report.recorded = std::span(recorded).subspan(i * recorded_width, recorded_width);
       if (state_width > 0) {
         report.states = std::span(states).subspan(i * state_width, state_width);
         report.state_hashes = std::span(state_hashes).subspan(i * n, n);

@@ -49,6 +49,8 @@ class World {
   std::vector<std::vector<Told>> to_learn_;       // what of that is still to come
   std::vector<std::vector<const Values*>> told_;  // by agent: what others announced; empty where nobody announces anything
   std::size_t message_size_ = 0, dimension_ = 0;
+  Layout recorded_layout_;
+  std::vector<double> recorded_;  // n x recorded dimension
   std::optional<Physics> physics_;
   bool steers_ = false;
   Truth truth_;
@@ -103,6 +105,8 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   }
   message_size_ = protocols_.front()->message_layout().size();
   dimension_ = protocols_.front()->estimate_layout().size();
+  recorded_layout_ = recorded_part(protocols_.front()->recorded_layout(), experiment.recording.state);
+  recorded_.resize(n * recorded_layout_.size());
   payloads_.resize(n * message_size_);
   estimates_.resize(n * dimension_);
   histories_.resize(n);
@@ -231,16 +235,21 @@ AgentCounters World::counters_of(std::size_t i) const {
 }
 
 RoundReport World::report(Round k) {
-  const std::size_t size = physics_ ? physics_->state_layout().size() : 0;
+  const std::size_t size = physics_ ? physics_->state_layout().size() : 0, beside = recorded_layout_.size();
   for (std::size_t i = 0; i < protocols_.size(); ++i) {
     totals_[i] = counters_of(i);
     hashes_[i] = histories_[i].value();
     if (physics_) state_hashes_[i] = state_histories_[i].value();
-    if (present(i, k)) continue;
+    const std::span<double> recorded(recorded_.data() + i * beside, beside);
+    if (present(i, k)) {
+      protocols_[i]->recorded(recorded);
+      continue;
+    }
+    std::fill(recorded.begin(), recorded.end(), kAbsent);
     std::fill_n(estimates_.begin() + static_cast<std::ptrdiff_t>(i * dimension_), dimension_, kAbsent);
     std::fill_n(states_.begin() + static_cast<std::ptrdiff_t>(i * size), size, kAbsent);
   }
-  return {k, estimates_, hashes_, totals_, states_, state_hashes_};
+  return {k, estimates_, hashes_, totals_, states_, state_hashes_, recorded_};
 }
 
 Trace World::empty_trace() const {
@@ -248,6 +257,8 @@ Trace World::empty_trace() const {
   trace.agents = protocols_.size();
   trace.dimension = dimension_;
   trace.estimate_layout = protocols_.front()->estimate_layout();
+  trace.recorded_layout = recorded_layout_;
+  trace.recorded_dimension = recorded_layout_.size();
   if (physics_) trace.state_layout = physics_->state_layout();
   trace.state_dimension = trace.state_layout.size();
   trace.truth = truth_;
@@ -274,7 +285,9 @@ std::vector<LinkTotals> World::links() const {
 
 AgentMaker::AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed)
     : experiment_(experiment), choice_(choice), seed_(run_seed), entry_(find_protocol(choice.name)) {
-  if (experiment.plant) physics_.emplace(plant_task(experiment, run_seed));
+  if (!experiment.plant) return;
+  physics_.emplace(plant_task(experiment, run_seed));
+  for (std::size_t i = 0; i < experiment.agents; ++i) largest_control_ = std::max(largest_control_, physics_->control_size(agent_at(i)));
 }
 
 std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
@@ -282,8 +295,14 @@ std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
   const Values parameters = experiment_.parameters_of(choice_, agent);
   if (!physics_) return make_protocol(entry_, parameters, Setup{agent, experiment_.agents, experiment_.dt, initial}, std::nullopt);
   const Values model = physics_->knowledge(agent);
-  const Setup setup{
-      agent, experiment_.agents, experiment_.dt, initial, model, physics_->measurement_size(agent), physics_->state_layout().size()};
+  const Setup setup{agent,
+                    experiment_.agents,
+                    experiment_.dt,
+                    initial,
+                    model,
+                    physics_->measurement_size(agent),
+                    physics_->state_layout().size(),
+                    largest_control_};
   return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
 }
 

@@ -22,6 +22,8 @@ class AgentMaker {
   AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed);
   /// Throws ConfigError where the protocol refuses its values, or does not fit the plant.
   [[nodiscard]] std::unique_ptr<Protocol> make(AgentId agent) const;
+  /// Length of the longest u that the plant takes from an agent; 0 without a plant.
+  [[nodiscard]] std::size_t largest_control() const { return largest_control_; }
   /// The plant at round 0; nothing without one.
   [[nodiscard]] const std::optional<Physics>& physics() const { return physics_; }
 
@@ -31,6 +33,7 @@ class AgentMaker {
   Seed seed_;
   const ProtocolEntry& entry_;
   std::optional<Physics> physics_;
+  std::size_t largest_control_ = 0;
 };
 
 /// Runs one protocol of the experiment with one seed. Exactly the rounds of docs/architecture.md.

@@ -27,6 +27,10 @@ struct AcyclicSensingGraph {
       ValueDoc{"id", "scalar", "the agent's number", "unique id, a whole number from 1"},
       ValueDoc{"patience", "scalar", "0", "rounds that news may be late before layers count as final; for links that lose"}};
   static constexpr std::array<ValueDoc, 0> initial{};
+  static constexpr std::array estimate_values{
+      ValueDoc{"layer", "scalar", "", "layer of the agent in the acyclic graph"},
+      ValueDoc{"done", "scalar", "", "1: it does not change any more"},
+      ValueDoc{"uses", "vector of agents", "", "by agent: 1 this agent uses the edge between them, -1 the other does, 0 there is none"}};
 
   struct Params {
     double id = 1.0;

@@ -36,6 +36,10 @@ struct AdaptiveConsensus {
       Reference::parameters);
   static constexpr std::array initial =
       joined(std::array{ValueDoc{"c", "scalar", "0.01", "coupling gain c_i(0), > 0"}}, Reference::initial);
+  static constexpr std::array estimate_values{ValueDoc{"c", "scalar", "", "coupling gain c_i"},
+                                              ValueDoc{"kappa", "scalar", "", "reference kappa_i that it decays to"}};
+  static constexpr std::array recorded_values{ValueDoc{"r", "scalar", "", "artificial state r_i of the eigenvalue estimator"},
+                                              ValueDoc{"q", "scalar", "", "artificial state q_i of it"}};
 
   struct Params {
     Matrix K, root;        // m x n; Gamma = root' root
@@ -98,6 +102,7 @@ struct AdaptiveConsensus {
 
   /// c_i and kappa_i.
   static Eigen::Vector2d estimate(const State& s) { return {s.c, s.reference.kappa}; }
+  static auto recorded(const Params&, const State& s) { return std::tie(s.reference.r, s.reference.q); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}, {"kappa", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 

@@ -34,6 +34,9 @@ struct CooperativeLocalization {
       with_everybody(std::array{ValueDoc{"F", "matrix n x p (or its diagonal, or one number)", "", "gain of each measurement; negative"},
                                 ValueDoc{"id", "scalar", "the agent's number", "unique id for ties in DAGC, a whole number from 1"}});
   static constexpr std::array initial{ValueDoc{"x", "vector n", "0", "what the agent takes itself for at its start"}};
+  static constexpr std::array estimate_values{
+      ValueDoc{"x", "matrix n x agents", "", "estimates hat_j of everybody's state, column j for agent j"},
+      ValueDoc{"bar", "vector n", "", "second estimate bar_i of the own state"}};
 
   struct Params {
     EverybodyDesign everybody;

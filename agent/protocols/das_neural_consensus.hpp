@@ -29,6 +29,7 @@ struct DasNeuralConsensus {
                                          ValueDoc{"kappa", "scalar", "0.01", "rate of forgetting, at least 0"},
                                          ValueDoc{"p", "scalar", "1", "weight p_i of the agent's error, > 0"}};
   static constexpr std::array initial{ValueDoc{"W", "vector 3", "0", "weights W_i(0) of 1, sin x, cos x"}};
+  static constexpr std::array estimate_values{ValueDoc{"W", "vector 3", "", "weights W_i of the neural network"}};
 
   struct Params {
     double c, F, p;

@@ -28,6 +28,9 @@ struct DistributedObserver {
   static constexpr auto parameters =
       with_everybody(std::array{ValueDoc{"F", "matrix n x p (or its diagonal, or one number)", "", "gain F_i: A_ii - F_i C_ii is stable"}});
   static constexpr std::array initial{ValueDoc{"x", "vector n", "0", "what the agent takes itself for at its start"}};
+  static constexpr std::array estimate_values{
+      ValueDoc{"x", "matrix n x agents", "", "estimates hat_j of everybody's state, column j for agent j"},
+      ValueDoc{"bar", "vector n", "", "second estimate bar_i of the own state"}};
 
   struct Params {
     EverybodyDesign everybody;

@@ -37,6 +37,7 @@ struct DkfIterative {
       ValueDoc{"epsilon", "scalar", "1", "scales the gain M_i of the coupling, >= 0"},
       ValueDoc{"bounded", "0 or 1", "0", "1: epsilon is at most 1 / (d_i |M_i|)"}};
   static constexpr std::array initial = kFilterInitial;
+  static constexpr std::array estimate_values = kFilterEstimate;
 
   struct Params {
     FilterParams filter;

@@ -32,6 +32,7 @@ struct DkfKim {
       joined(kFilterParameters, std::array{ValueDoc{"gamma", "scalar", "", "coupling gain of the estimates, 1 / (unit of x^2 s), > 0"},
                                            ValueDoc{"k", "scalar", "", "coupling gain of the covariances, 1/s, >= 0"}});
   static constexpr std::array initial = kFilterInitial;
+  static constexpr std::array estimate_values = kFilterEstimate;
 
   struct Params {
     FilterParams filter;

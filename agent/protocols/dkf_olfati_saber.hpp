@@ -36,6 +36,7 @@ struct DkfOlfatiSaber {
       joined(kFilterParameters, std::array{ValueDoc{"gamma", "scalar", "", "coupling gain, 1 / (unit of x^2 s), > 0"},
                                            ValueDoc{"aggregated", "0 or 1", "0", "1: filter with the in-neighbours' measurements too"}});
   static constexpr std::array initial = kFilterInitial;
+  static constexpr std::array estimate_values = kFilterEstimate;
 
   struct Params {
     FilterParams filter;

@@ -32,6 +32,7 @@ struct KalmanBucy {
   static constexpr Truth truth = Truth::state;
   static constexpr std::array parameters = kFilterParameters;
   static constexpr std::array initial = kFilterInitial;
+  static constexpr std::array estimate_values = kFilterEstimate;
 
   using Params = FilterParams;
   struct State {

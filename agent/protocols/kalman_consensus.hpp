@@ -34,6 +34,7 @@ struct KalmanConsensus {
   static constexpr std::array initial{
       ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
       ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance P_i(0) of x_i(0), > 0"}};
+  static constexpr std::array recorded_values{ValueDoc{"P", "covariance n x n", "", "covariance P_i of x_i (unit of x squared)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
   using Mat = Eigen::Matrix<double, N, N>;
@@ -93,6 +94,7 @@ struct KalmanConsensus {
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
+  static auto recorded(const Params&, const State& s) { return std::make_tuple(covariance_of(s)); }
 };
 
 }  // namespace consort

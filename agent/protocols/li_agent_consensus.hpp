@@ -28,6 +28,8 @@ struct LiAgentConsensus {
   static constexpr bool needs_plant = true;
   static constexpr std::array parameters = kGainParameters;
   static constexpr std::array initial{ValueDoc{"c", "scalar", "1", "coupling gain c_i(0), at least 1 in theory, > 0"}};
+  static constexpr std::array estimate_values{ValueDoc{"c", "scalar", "", "coupling gain c_i"}};
+  static constexpr std::array recorded_values{ValueDoc{"xi", "vector n", "", "xi_i, weighted sum of the differences from the neighbours"}};
 
   struct Params {
     Matrix K, root, P;  // m x n, m x n (Gamma = root' root), n x n
@@ -67,6 +69,7 @@ struct LiAgentConsensus {
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }
+  static auto recorded(const Params&, const State& s) { return std::tie(s.xi); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

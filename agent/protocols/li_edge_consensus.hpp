@@ -29,6 +29,9 @@ struct LiEdgeConsensus {
   static constexpr std::array parameters =
       joined(kGainParameters, std::array{ValueDoc{"rate", "scalar", "1", "k, the constant kappa_ij of (4.19), the same for all edges"}});
   static constexpr std::array initial{ValueDoc{"c", "scalar", "0.01", "gain c_ij(0) of each edge, > 0, the same at all agents"}};
+  static constexpr std::array estimate_values{ValueDoc{"c_min", "scalar", "", "smallest gain c_ij of the edges heard through"},
+                                              ValueDoc{"c_mean", "scalar", "", "mean of them"},
+                                              ValueDoc{"c_max", "scalar", "", "largest of them"}};
 
   struct Params {
     Matrix K, root;  // m x n; Gamma = root' root

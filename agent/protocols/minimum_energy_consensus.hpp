@@ -39,6 +39,8 @@ struct MinimumEnergyConsensus {
       ValueDoc{"gain", "one of stationary, riccati", "stationary", "Q_i: the constant (18), or the solution of (17)"}};
   static constexpr std::array initial{ValueDoc{"x", "vector n", "", "a-priori estimate xhat_i(0)"},
                                       ValueDoc{"Q", "scalar", "1", "Q_i(0) = 1 / Xi_i with gain: riccati, > 0"}};
+  static constexpr std::array estimate_values{ValueDoc{"x", "vector n", "", "estimate xhat_i of the state"},
+                                              ValueDoc{"Q", "scalar", "", "Q_i of the filter"}};
 
   struct Params {
     MinimumEnergyWeights weights;

@@ -38,6 +38,8 @@ struct RobustInformationConsensus {
   static constexpr std::array initial{
       ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
       ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance of x_i(0), > 0; Y_i(0) is its inverse"}};
+  static constexpr std::array recorded_values{
+      ValueDoc{"Y", "matrix n x n", "", "information Y_i, of which x_i = Y_i^-1 y_i (1 / unit of x squared)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
   using Mat = Eigen::Matrix<double, N, N>;
@@ -115,6 +117,7 @@ struct RobustInformationConsensus {
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
+  static auto recorded(const Params&, const State& s) { return std::tie(s.s.Y); }
 
  private:
   /// What each listener is given of s; 0 if it is too little to be told from a running sum.

@@ -48,6 +48,10 @@ struct SensorNetworkObserver {
       ValueDoc{"balance", "scalar", "1", "w_min / w_max of the leaders' left null vector at least, in (0, 1]; 1: balanced graph"},
       ValueDoc{"flooding_rounds", "scalar", "maximum number of agents", "L: rounds after which a value is final or forgotten"}};
   static constexpr std::array initial{ValueDoc{"x", "vector n", "0", "initial estimate zhat_i(0); a scalar stands for every component"}};
+  static constexpr std::array estimate_values{ValueDoc{"x", "vector n", "", "estimate zhat_i of the plant's state"},
+                                              ValueDoc{"alpha", "vector of groups", "", "alpha_j of the state groups; 0: not yet known"},
+                                              ValueDoc{"flooding", "scalar", "", "1: values are still flooded"}};
+  static constexpr std::array recorded_values{ValueDoc{"F", "matrix n x n", "", "consensus gain F_i; absent until alpha is known"}};
 
   struct Params {
     StateGroups groups;
@@ -145,6 +149,10 @@ struct SensorNetworkObserver {
 
   /// zhat_i, then alpha and whether the flooding is under way.
   static const Vector& estimate(const State& s) { return s.record; }
+  static auto recorded(const Params&, const State& s) {
+    const Eigen::Index n = s.sum.size();
+    return std::make_tuple(s.F.size() > 0 ? s.F : Matrix(Matrix::Constant(n, n, kAbsent)));
+  }
   static std::vector<Field> estimate_fields(const State& s) {
     const auto n = static_cast<std::size_t>(s.sum.size()), l = static_cast<std::size_t>(s.record.size()) - n - 1;
     return {{"x", n, 1}, {"alpha", l, 1}, {"flooding", 1, 1}};

@@ -31,6 +31,10 @@ struct SuConsensus {
                                          ValueDoc{"k_c", "scalar", "1", "rate of the gain to the leader, > 0"}};
   static constexpr std::array initial{ValueDoc{"m", "scalar", "0.01", "gain m_ij(0) of each edge, > 0"},
                                       ValueDoc{"c", "scalar", "0.01", "gain c_i(0) to the leader, > 0"}};
+  static constexpr std::array estimate_values{ValueDoc{"c", "scalar", "", "gain c_i to the leader"},
+                                              ValueDoc{"m_max", "scalar", "", "largest gain m_ij of the edges heard through"}};
+  static constexpr std::array recorded_values{ValueDoc{"m_min", "scalar", "", "smallest gain m_ij of the edges heard through"},
+                                              ValueDoc{"m_mean", "scalar", "", "mean of them"}};
 
   struct Params {
     double c_s, k_m, k_c;
@@ -84,6 +88,7 @@ struct SuConsensus {
 
   /// The gain to the leader, and the largest gain of an edge.
   static Eigen::Vector2d estimate(const State& s) { return {s.c, s.m.summary()[2]}; }
+  static auto recorded(const Params&, const State& s) { return std::make_tuple(s.m.summary()[0], s.m.summary()[1]); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}, {"m_max", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

@@ -29,6 +29,8 @@ struct UnbiasedInformationConsensus {
   static constexpr std::array initial{
       ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},
       ValueDoc{"P", "covariance n x n (scalar, diagonal or matrix)", "1", "covariance of x_i(0), > 0; Y_i(0) is its inverse"}};
+  static constexpr std::array recorded_values{
+      ValueDoc{"Y", "matrix n x n", "", "information Y_i, of which x_i = Y_i^-1 y_i (1 / unit of x squared)"}};
 
   using Vec = Eigen::Matrix<double, N, 1>;
   using Mat = Eigen::Matrix<double, N, N>;
@@ -77,6 +79,7 @@ struct UnbiasedInformationConsensus {
   }
 
   static const Vec& estimate(const State& s) { return s.x; }
+  static auto recorded(const Params&, const State& s) { return std::make_tuple(Mat(s.Y * power(s.e))); }
 
  private:
   static double power(double e) { return std::ldexp(1.0, static_cast<int>(std::max(e, -3000.0))); }

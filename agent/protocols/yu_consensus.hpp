@@ -29,6 +29,8 @@ struct YuConsensus {
                                          ValueDoc{"gamma", "scalar", "1", "weight of the velocity in the adaptation, > 0"},
                                          ValueDoc{"xi", "scalar", "0.1", "rate of the adaptation, > 0"}};
   static constexpr std::array initial{ValueDoc{"c", "scalar", "0.1", "coupling gain c_i(0), > 0"}};
+  static constexpr std::array estimate_values{ValueDoc{"c", "scalar", "", "coupling gain c_i"}};
+  static constexpr std::array recorded_values{ValueDoc{"e", "vector 2 d", "", "e_i, sums of the differences of position and of velocity"}};
 
   struct Params {
     double alpha, beta, gamma, xi;
@@ -68,6 +70,7 @@ struct YuConsensus {
   }
 
   static Eigen::Matrix<double, 1, 1> estimate(const State& s) { return Eigen::Matrix<double, 1, 1>(s.c); }
+  static auto recorded(const Params&, const State& s) { return std::tie(s.e); }
   static std::vector<Field> estimate_fields(const State&) { return {{"c", 1, 1}}; }
   static const Vector& control(const Params&, const State& s) { return s.u; }
 };

@@ -121,16 +121,21 @@ class Shuffled {
 
   Trace trace() {
     std::map<Round, std::map<AgentId, std::pair<std::vector<double>, std::uint64_t>>> rows;
+    std::map<Round, std::map<AgentId, std::vector<double>>> beside;
     Trace trace;
     trace.agents = experiment_.agents;
     std::map<Round, std::vector<AgentCounters>> counters;
     for (const auto& process : processes_) {
       trace.dimension = process->protocol(0).estimate_layout().size();
+      trace.recorded_layout = process->recorded_layout(0);
+      trace.recorded_dimension = trace.recorded_layout.size();
       for (const wire::MemberReport& report : process->take_reports()) {
         for (std::size_t r = 0; r < report.rounds.size(); ++r) {
           const auto begin = report.estimates.begin() + static_cast<std::ptrdiff_t>(r * trace.dimension);
           rows[report.rounds[r]][report.agent] = {{begin, begin + static_cast<std::ptrdiff_t>(trace.dimension)}, report.hashes[r]};
           counters[report.rounds[r]].push_back(report.counters[r]);
+          const auto first = report.recorded.begin() + static_cast<std::ptrdiff_t>(r * trace.recorded_dimension);
+          beside[report.rounds[r]][report.agent] = {first, first + static_cast<std::ptrdiff_t>(trace.recorded_dimension)};
         }
       }
     }
@@ -141,7 +146,9 @@ class Shuffled {
         estimates.insert(estimates.end(), entry.first.begin(), entry.first.end());
         hashes.push_back(entry.second);
       }
-      trace.add({round, estimates, hashes, counters[round]});
+      std::vector<double> recorded;
+      for (const auto& [agent, numbers] : beside[round]) recorded.insert(recorded.end(), numbers.begin(), numbers.end());
+      trace.add({round, estimates, hashes, counters[round], {}, {}, recorded});
     }
     return trace;
   }
@@ -164,6 +171,9 @@ TEST(Lockstep, AnyOrderOfArrivalGivesTheSimulatedRun) {
       EXPECT_EQ(shuffled.hash, simulated.hash);
       EXPECT_EQ(shuffled.rounds, simulated.rounds);
       EXPECT_EQ(shuffled.estimates, simulated.estimates);
+      EXPECT_EQ(shuffled.recorded_layout, simulated.recorded_layout);
+      EXPECT_EQ(shuffled.recorded, simulated.recorded) << "what is recorded beside the estimates";
+      EXPECT_EQ(simulated.recorded.empty(), std::string_view(protocol) == "local_voting");
       EXPECT_EQ(shuffled.totals.delivered, simulated.totals.delivered);
       EXPECT_EQ(shuffled.totals.lost, simulated.totals.lost);
     }

@@ -43,6 +43,8 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(out.members[0].presence, (Attendance{5, 80}));
   EXPECT_EQ(out.members[0].told, in.members[0].told);
   EXPECT_EQ(out.largest_state, 4u);
+  EXPECT_EQ(out.largest_control, 2u);
+  EXPECT_EQ(out.recorded, true);
   EXPECT_TRUE(out.relays);
   EXPECT_TRUE(out.plant && out.steers);
   EXPECT_EQ(out.joining, in.joining);
@@ -151,21 +153,26 @@ TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   EXPECT_EQ(refused.note, "it is there already");
   Values model;
   model.set("A", Matrix::Constant(2, 3, 0.5));
-  const consort::Layout message{{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, estimate{{{"x", 2, 1}}, 0, 0};
-  const Layouts layouts = decode(encode(Layouts{AgentId{5}, 6, message, estimate, model}, arena));
+  const consort::Layout message{{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, estimate{{{"x", 2, 1}}, 0, 0}, beside{{{"P", 2, 2}}};
+  const Layouts layouts = decode(encode(Layouts{AgentId{5}, 6, message, estimate, model, beside}, arena));
   EXPECT_EQ(*layouts.announcement.find("A"), *model.find("A"));
   EXPECT_EQ(layouts.message, message);
   EXPECT_EQ(layouts.estimate, estimate);
+  EXPECT_EQ(layouts.recorded, beside);
   Presence presence{3, 4, State::status, 99, "host", {AgentId{3}, AgentId{4}}, 17, AgentId{4}, {AgentId{1}}, std::string(600, 'n')};
   const Presence present = decode(encode(presence, arena));
   EXPECT_EQ(present.agents, presence.agents);
   EXPECT_EQ(present.waiting_for, presence.waiting_for);
   EXPECT_EQ(present.note, std::string(511, 'n')) << "a note is cut, not refused";
-  Telemetry telemetry{3, 4, true, {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}}}, {{{AgentId{1}, AgentId{3}}, 8, 9}}};
+  Telemetry telemetry{
+      3, 4, true, {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {0.5, kAbsent}}}, {{{AgentId{1}, AgentId{3}}, 8, 9}}};
   const Telemetry told = decode(encode(telemetry, arena));
   ASSERT_EQ(told.members.size(), 1u);
   EXPECT_EQ(told.members[0].rounds, telemetry.members[0].rounds);
   EXPECT_EQ(told.members[0].estimates, telemetry.members[0].estimates);
+  ASSERT_EQ(told.members[0].recorded.size(), 2u);
+  EXPECT_EQ(told.members[0].recorded[0], 0.5);
+  EXPECT_TRUE(is_absent(told.members[0].recorded[1]));
   EXPECT_EQ(told.members[0].hashes, telemetry.members[0].hashes);
   EXPECT_EQ(told.members[0].counters[1].lost, 6u);
   ASSERT_EQ(told.links.size(), 1u);
@@ -260,6 +267,13 @@ TEST(Codec, RefusesOtherSamplesThatBreakABound) {
   telemetry.members._buffer[0].hashes._length = 2;
   telemetry.members._buffer[0].estimates._length = 1;
   EXPECT_THROW(decode(telemetry), Rejected);
+  telemetry.members._buffer[0].estimates._length = 2;
+  double infinite[2]{0.0, infinity};
+  telemetry.members._buffer[0].recorded._buffer = infinite;
+  telemetry.members._buffer[0].recorded._length = 1;
+  EXPECT_THROW(decode(telemetry), Rejected) << "one number for two reports";
+  telemetry.members._buffer[0].recorded._length = 2;
+  EXPECT_THROW(decode(telemetry), Rejected) << "not finite";
 
   auto layout = encode(Layouts{AgentId{5}, 6, {{{"x", 2, 1}}, 0, 2}, {}}, arena);
   layout.noise_size = 3;

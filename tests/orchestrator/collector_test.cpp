@@ -66,5 +66,26 @@ TEST(Collector, LeavesOutWhatDoesNotFitTheRun) {
   EXPECT_EQ(handed_on(collector), std::vector<Round>{0});
 }
 
+TEST(Collector, HandsOnWhatIsRecordedBesideTheEstimatesAndItIsAbsentWithItsAgent) {
+  Collector collector(2, 2, 8, 4, 0, {{AgentId{2}, Attendance{0, 3}}}, 3);
+  auto whole = report_of(1, {0, 4, 8}), left = report_of(2, {0, 3});
+  whole.recorded = {1, 2, 3, 4, 5, 6, 7, 8, 9};
+  left.recorded = {10, 11, 12, 13, 14, 15};
+  auto without = report_of(1, {0});
+  collector.add(without);
+  EXPECT_EQ(collector.left_out(), 1u) << "what others record is missing";
+  collector.add(whole);
+  collector.add(left);
+  std::vector<std::vector<double>> recorded;
+  collector.hand_on([&](const RoundReport& report) {
+    recorded.emplace_back(report.recorded.begin(), report.recorded.end());
+    return true;
+  });
+  ASSERT_EQ(recorded.size(), 3u);
+  EXPECT_EQ(recorded[0], (std::vector<double>{1, 2, 3, 10, 11, 12}));
+  EXPECT_EQ(std::vector(recorded[1].begin(), recorded[1].begin() + 3), (std::vector<double>{4, 5, 6}));
+  for (std::size_t i = 3; i < 6; ++i) EXPECT_TRUE(is_absent(recorded[1][i])) << i;
+}
+
 }  // namespace
 }  // namespace consort

@@ -3,6 +3,7 @@
 #include "orchestrator/run.hpp"
 #include "orchestrator/script.hpp"
 #include "orchestrator/theory.hpp"
+#include "sim/world.hpp"
 #include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
@@ -68,6 +69,29 @@ TEST_P(ShippedExperiment, MeetsItsCriteriaInSimulation) {
 TEST_P(ShippedExperiment, IsTheSameAfterBeingResolved) {
   const Experiment e = load_experiment(GetParam());
   EXPECT_EQ(parse_experiment(e.resolved_text, "resolved", ".").resolved_text, e.resolved_text);
+}
+
+TEST_P(ShippedExperiment, RecordsWhatItsProtocolsSay) {
+  const Experiment e = load_experiment(GetParam());
+  const auto names = [](std::span<const ValueDoc> docs) {
+    std::vector<std::string> out;
+    for (const ValueDoc& doc : docs) out.emplace_back(doc.name);
+    return out;
+  };
+  const auto fields = [](const Layout& layout) {
+    std::vector<std::string> out;
+    for (const Field& field : layout.fields) out.push_back(field.name);
+    return out;
+  };
+  for (const ProtocolChoice& choice : e.protocols) {
+    const ProtocolEntry& entry = find_protocol(choice.name);
+    const AgentMaker maker(e, choice, e.seed);
+    const auto protocol = maker.make(AgentId{1});
+    EXPECT_EQ(fields(protocol->estimate_layout()), names(entry.estimate)) << choice.name;
+    std::vector<std::string> promised = names(entry.recorded);
+    if (maker.largest_control() == 0) std::erase(promised, "u");  // of a plant that is not there
+    EXPECT_EQ(fields(protocol->recorded_layout()), promised) << choice.name;
+  }
 }
 
 // Where theory promises agreement on the centralised estimate or refuses it, the criteria above say the same numbers; here it must speak.

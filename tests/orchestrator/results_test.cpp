@@ -307,8 +307,8 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
   const Experiment experiment = scalar_experiment({"local_voting"}, 1);
   const Job job{0, 0, Seed{11}};
   {
-    Record record(scratch.path() / "record.sqlite");
-    record.begin_run(job, experiment, {{}, {{{"x", 1, 1}}, 0, 0}});
+    Record record(scratch.path() / "record.sqlite", experiment);
+    record.begin_run(job, {{}, {{{"x", 1, 1}}, 0, 0}});
     const std::vector<double> estimates{0.1, 1.0 / 3.0};
     const std::vector<std::uint64_t> hashes(2);
     const std::vector<AgentCounters> counters(2);
@@ -316,12 +316,13 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
     record.event(job, 0, "cut", "1 -> 2, \"both\"");
   }
   std::vector<std::string> names;
-  for (const auto& table : export_csv(scratch.path())) names.push_back(table.file.filename().string());
+  for (const auto& table : export_csv(scratch.path()).tables) names.push_back(table.file.filename().string());
   std::sort(names.begin(), names.end());
-  EXPECT_EQ(names, (std::vector<std::string>{"agents.csv", "estimates.csv", "events.csv", "links.csv", "network.csv", "processes.csv",
-                                             "runs.csv"}));
-  EXPECT_EQ(text_of(scratch.path() / "csv" / "estimates.csv"), "run,round,agent,x\n0,0,1,0.1\n0,0,2,0.3333333333333333\n");
-  EXPECT_EQ(text_of(scratch.path() / "csv" / "events.csv"), "run,round,kind,text\n0,0,cut,\"1 -> 2, \"\"both\"\"\"\n");
+  EXPECT_EQ(names, (std::vector<std::string>{"agents.csv", "columns.csv", "criteria.csv", "edges.csv", "estimates.csv", "events.csv",
+                                             "experiment.csv", "links.csv", "metrics.csv", "network.csv", "processes.csv", "results.csv",
+                                             "runs.csv", "segments.csv"}));
+  EXPECT_EQ(text_of(scratch.path() / "csv" / "estimates.csv"), "run,round,agent,time,x\n0,0,1,0,0.1\n0,0,2,0,0.3333333333333333\n");
+  EXPECT_EQ(text_of(scratch.path() / "csv" / "events.csv"), "run,round,time,kind,text\n0,0,0,cut,\"1 -> 2, \"\"both\"\"\"\n");
   EXPECT_EQ(text_of(scratch.path() / "csv" / "links.csv"), "run,sender,receiver,delivered,lost,duplicated,reordered,superseded\n");
 }
 

@@ -137,6 +137,8 @@ TEST(ScriptLinks, SweepsEveryProtocolOverTheValuesOfOneKey) {
       "e.yaml", ".");
   ASSERT_EQ(e.protocols.size(), 4U);
   EXPECT_EQ(e.protocols[1].title(), "local_voting.loss_0.25");
+  EXPECT_EQ(e.sweep_key, "links.loss");
+  EXPECT_EQ(e.protocols[3].variant->value, 0.25);
   EXPECT_EQ(e.protocols[2].title(), "unbiased_kalman_consensus.loss_0");
   const LinkModel& links = e.links_of(e.protocols[3]);
   EXPECT_EQ(links.standard.loss_probability, 0.25);
@@ -150,6 +152,10 @@ TEST(ScriptLinks, SweepsEveryProtocolOverTheValuesOfOneKey) {
       text("sweep: {links.loss: {none: 0, bursts: {gilbert_elliott: {p_good_to_bad: 0.1, p_bad_to_good: 0.5}}}}"), "e.yaml", ".");
   EXPECT_EQ(named.protocols[1].title(), "local_voting.bursts");
   EXPECT_TRUE(named.links_of(named.protocols[1]).standard.bursts.has_value());
+  EXPECT_EQ(named.protocols[0].variant->value, 0.0);
+  EXPECT_FALSE(named.protocols[1].variant->value) << "several numbers";
+  const Experiment delays = parse_experiment(text("sweep: {links.delay: {short: 20 ms, long: {uniform: [20 ms, 1 s]}}}"), "e.yaml", ".");
+  EXPECT_EQ(delays.protocols[0].variant->value, 0.02);
 }
 
 TEST(ScriptLinks, NamesWhatIsWrongWithASweep) {

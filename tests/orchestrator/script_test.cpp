@@ -142,6 +142,29 @@ criteria: ["unbiased_kalman_consensus.disagreement < 5", "abs(kalman_consensus.b
   EXPECT_EQ(e.metrics, (std::vector<std::string>{"bias", "disagreement"}));  // a criterion's metric is measured too
 }
 
+TEST(Script, SaysWhatIsRecordedBesideTheEstimates) {
+  EXPECT_FALSE(read(kPlain).recording.state);
+  EXPECT_FALSE(read(kPlain).recording.graphs);
+  const Experiment e = read(with("", "record: {state: true, graphs: false}"));
+  EXPECT_EQ(e.recording.state, true);
+  EXPECT_EQ(e.recording.graphs, false);
+  const Experiment again = read(e.resolved_text);
+  EXPECT_EQ(again.recording.state, true);
+  EXPECT_EQ(again.recording.graphs, false);
+  EXPECT_NE(mistakes_in(with("", "record: {state: all}")).find("e.yaml:10:17: record.state: found text 'all'; allowed: true or false"),
+            std::string::npos)
+      << mistakes_in(with("", "record: {state: all}"));
+}
+
+TEST(Script, FormatThatIsNewerIsRefusedBeforeAnythingElseIsRead) {
+  EXPECT_EQ(mistakes_in(with("", "format: 1")), "");
+  EXPECT_NE(read(kPlain).resolved_text.find("format: 1\n"), std::string::npos);
+  const std::string newer = mistakes_in(with("", "format: 2\nsomething_new: 1"));
+  EXPECT_EQ(newer, "e.yaml:10:9: format: found 2, a file for a newer consort; allowed: 1, the newest that this one reads");
+  EXPECT_NE(mistakes_in(with("", "format: one")).find("format: found text 'one'; allowed: 1, or no such line"), std::string::npos);
+  EXPECT_NE(mistakes_in(with("", "format: 0")).find("format: found"), std::string::npos);
+}
+
 TEST(Script, TakesOverridesOfTheCommandLine) {
   const Experiment e = read(with("", "events: [{round: 90, cut: [1 -> 2]}]"), {Mode::simulate, 5, 50, 3, 2});
   EXPECT_EQ(e.mode, Mode::simulate);

@@ -28,6 +28,8 @@ inline void expect_same_traces(const std::vector<JobOutcome>& processes, const s
     EXPECT_EQ(a.converged, b.converged);
     EXPECT_EQ(a.rounds, b.rounds);
     EXPECT_TRUE(bits_of(a.estimates) == bits_of(b.estimates));
+    EXPECT_EQ(a.recorded_layout, b.recorded_layout);
+    EXPECT_TRUE(bits_of(a.recorded) == bits_of(b.recorded));
     EXPECT_TRUE(bits_of(a.states) == bits_of(b.states));
     EXPECT_EQ(a.totals.sent, b.totals.sent);
     EXPECT_EQ(a.totals.delivered, b.totals.delivered);

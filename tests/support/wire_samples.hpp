@@ -32,6 +32,7 @@ inline Assignment some_assignment() {
   in.rounds = 300;
   in.report_interval = 4;
   in.window = 64;
+  in.recorded = true;
   in.parameters.set("Q", 0.1);
   in.standard_link.loss_probability = 0.5;
   in.standard_link.noise_covariance = Matrix::Identity(2, 2);
@@ -54,6 +55,7 @@ inline Assignment some_assignment() {
   in.link_changes.push_back({20, std::nullopt, everything()});
   in.plant = in.steers = in.relays = true;
   in.largest_state = 4;
+  in.largest_control = 2;
   in.joining = {{AgentId{3}, 5}};
   Member deaf;
   deaf.agent = AgentId{4};
@@ -105,7 +107,7 @@ inline Grant some_grant() {
 inline Layouts some_layouts() {
   Values model;
   model.set("A", Matrix::Constant(2, 3, 0.5));
-  return {AgentId{5}, 6, {{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, {{{"x", 2, 1}}, 0, 0}, model};
+  return {AgentId{5}, 6, {{{"x", 2, 1}, {"P", 2, 2}}, 0, 2}, {{{"x", 2, 1}}, 0, 0}, model, {{{"P", 2, 2}}, 0, 0}};
 }
 
 inline Presence some_presence() {
@@ -116,7 +118,7 @@ inline Telemetry some_telemetry() {
   return {3,
           4,
           true,
-          {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}}},
+          {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {0.5, 0.25}}},
           {{{AgentId{1}, AgentId{3}}, 8, 9}},
           {{"consort_grant", Refusal::Reason::bound, "report_at", "0110", "consort (pid 1 on host)", 7}}};
 }
