@@ -98,9 +98,13 @@ INSTANTIATE_TEST_SUITE_P(Pages, Guide, testing::ValuesIn(pages()), [](const auto
   return name;
 });
 
+// Parameters of protocols and models, which `consort list` documents, are in the schema for their words alone.
+bool is_parameter(const nlohmann::json& property) { return property.value("$ref", "").starts_with("#/definitions/words_of_"); }
+
 void add_keys(const nlohmann::json& schema, std::set<std::string>& keys) {
   if (schema.is_object() && schema.contains("properties"))
-    for (const auto& [key, property] : schema["properties"].items()) keys.insert(key);
+    for (const auto& [key, property] : schema["properties"].items())
+      if (!is_parameter(property)) keys.insert(key);
   if (schema.is_structured())
     for (const auto& part : schema) add_keys(part, keys);
 }
