@@ -7,6 +7,7 @@
 #include "core/option_text.hpp"
 #include "idl/dds_log.hpp"
 #include "idl/trust.hpp"
+#include "io/standard_streams.hpp"
 
 #include <dds/dds.hpp>
 
@@ -18,7 +19,6 @@
 #include <atomic>
 #include <condition_variable>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <mutex>
@@ -174,6 +174,13 @@ class SignsOfLife {
   std::jthread thread_;
 };
 
+/// Who started the process (nohup) wants it to outlive the terminal. (A signal that is blocked is kept, ignored or not, and sigwait would
+/// find it.)
+bool ignores_hang_up() {
+  struct sigaction inherited {};
+  return sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler == SIG_IGN;
+}
+
 /// Joins the run's domain, makes the member and runs it. The exit code.
 int serve(const RunProcessOptions& options, const RunProgram& program, const MakeMember& make) {
   const auto key = wire::RunKey::of_environment();
@@ -181,7 +188,7 @@ int serve(const RunProcessOptions& options, const RunProgram& program, const Mak
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGHUP);
+  if (!ignores_hang_up()) sigaddset(&signals, SIGHUP);
   sigaddset(&signals, SIGCONT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
@@ -210,6 +217,7 @@ Meeting RunProcessOptions::meeting() const {
 }
 
 int run_process(const RunProgram& program, int argc, char** argv, const std::function<MakeMember(const RunProcessOptions&)>& prepare) {
+  streams::prepare();
   RunProcessOptions options;
   CLI::App app(program.help, program.name);
   add_options(app, options, program.hosts_agents);
@@ -227,9 +235,13 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     std::fprintf(stderr, "%s: %s\n", program.name, unknown_word("option", app.remaining().front(), known).c_str());
     return static_cast<int>(Exit::bad_input);
   } catch (const CLI::ParseError& failure) {
-    return app.exit(failure) == 0 ? 0 : static_cast<int>(Exit::bad_input);
+    std::ostringstream out, err;
+    const bool asked = app.exit(failure, out, err) == 0;
+    streams::put(out.str());
+    streams::tell(err.str());
+    return streams::concluded(program.name, static_cast<int>(asked ? Exit::ok : Exit::bad_input));
   } catch (const ConfigError& failure) {
-    std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
+    streams::tell(program.name + (": " + std::string(failure.what())) + "\n");
     return static_cast<int>(Exit::bad_input);
   } catch (const TimeoutError& failure) {
     std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
@@ -238,7 +250,7 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     std::fprintf(stderr, "%s: out of memory\n", program.name);
     return static_cast<int>(Exit::run_failed);
   } catch (const std::exception& failure) {
-    std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
+    streams::tell(program.name + (": " + std::string(failure.what())) + "\n");
     return static_cast<int>(Exit::run_failed);
   }
 }

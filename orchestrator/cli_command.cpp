@@ -1,4 +1,5 @@
 #include "core/build.hpp"
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/terminal.hpp"
@@ -9,15 +10,16 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <cstdio>
+#include <sstream>
 
 namespace consort {
-namespace {
 
 void say(const std::string& text) {
   const TextStyle style = style_of(STDERR_FILENO);
-  fmt::print(stderr, "{} {}\n", toned("consort:", Tone::bad, style), text);
+  streams::tell(fmt::format("{} {}\n", toned("consort:", Tone::bad, style), text));
 }
+
+namespace {
 
 /// "unknown option '--sed'; did you mean '--seed'?", for the first word that `app` does not know.
 std::string unexpected(const CLI::App& app) {
@@ -37,7 +39,7 @@ Exit Verb::abandon(Exit exit, const std::string& error) {
   const CLI::Option* json = app_.get_option_no_throw("--json");
   if (json == nullptr || json->count() == 0) return exit;
   const nlohmann::ordered_json answer{{"exit", static_cast<int>(exit)}, {"error", error}};
-  fmt::print("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  streams::put(fmt::format("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)));
   return exit;
 }
 
@@ -58,7 +60,7 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
       {{"0", "all is well, all criteria are met"},
        {"1", "a criterion was not met"},
        {"2", "bad input: the command line or the experiment file"},
-       {"3", "an agent or the run failed"},
+       {"3", "an agent or the run failed, the run is incomplete, or output cannot be written"},
        {"4", "timed out"},
        {"130, 143", "interrupted by SIGINT, SIGTERM"}});
   app_.set_help_flag("-h,--help", "Show this page.");
@@ -84,12 +86,17 @@ Exit CommandLine::execute() {
   for (const auto& verb : verbs_) {
     if (verb->app().parsed()) return verb->execute();
   }
-  fmt::print(stderr, "{}", app_.help());
+  streams::tell(app_.help());
   return Exit::bad_input;
 }
 
 int CommandLine::answer(const CLI::ParseError& stop) {
-  if (stop.get_exit_code() == 0) return app_.exit(stop);
+  if (stop.get_exit_code() == 0) {  // a page that was asked for
+    std::ostringstream out;
+    app_.exit(stop, out, out);
+    streams::put(out.str());
+    return static_cast<int>(Exit::ok);
+  }
   const auto chosen = std::find_if(verbs_.begin(), verbs_.end(), [](const auto& verb) { return verb->app().parsed(); });
   const CLI::App& app = chosen == verbs_.end() ? app_ : (*chosen)->app();
   const std::string unknown = unexpected(app);

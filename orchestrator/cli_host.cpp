@@ -1,3 +1,4 @@
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 
@@ -39,7 +40,7 @@ class DoctorVerb : public Verb {
   Exit execute() override {
     const auto checks = examine_host(interface_);
     const bool well = std::all_of(checks.begin(), checks.end(), [](const auto& check) { return check.well; });
-    fmt::print("{}", json_ ? as_json(checks, well) : render(checks, style_of(STDOUT_FILENO)));
+    streams::put(json_ ? as_json(checks, well) : render(checks, style_of(STDOUT_FILENO)));
     return well ? Exit::ok : Exit::run_failed;
   }
 
@@ -83,12 +84,12 @@ class ExportVerb : public Verb {
       for (const ExportedTable& table : exported.tables)
         json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
       json["remarks"] = exported.remarks;
-      fmt::print("{}\n", dumped(json));
+      streams::put(fmt::format("{}\n", dumped(json)));
       return Exit::ok;
     }
     for (const ExportedTable& table : exported.tables)
-      fmt::print("{}  {} row{}\n", table.file.string(), grouped(table.rows), table.rows == 1 ? "" : "s");
-    for (const std::string& remark : exported.remarks) fmt::print(stderr, "{}\n", remark);
+      streams::put(fmt::format("{}  {} row{}\n", table.file.string(), grouped(table.rows), table.rows == 1 ? "" : "s"));
+    for (const std::string& remark : exported.remarks) streams::tell(fmt::format("{}\n", remark));
     return Exit::ok;
   }
 

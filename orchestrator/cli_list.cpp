@@ -1,3 +1,4 @@
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 
@@ -41,29 +42,30 @@ std::string described(const char* title, std::span<const ValueDoc> docs, const T
 
 void list_protocols(const TextStyle& style) {
   for (const ProtocolEntry& entry : protocol_table()) {
-    fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
-    fmt::print("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
-               paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style));
-    fmt::print("{}{}", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
-    fmt::print("{}{}\n", described("estimate", entry.estimate, style), described("recorded", entry.recorded, style));
+    streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+    streams::put(fmt::format("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
+                             paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style)));
+    streams::put(fmt::format("{}{}", values("parameter", entry.parameters, style), values("initial", entry.initial, style)));
+    streams::put(fmt::format("{}{}\n", described("estimate", entry.estimate, style), described("recorded", entry.recorded, style)));
   }
 }
 
 void list_plants(const TextStyle& style) {
   for (const PlantEntry& entry : plant_table()) {
-    fmt::print("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
-    fmt::print("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style));
+    streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+    streams::put(fmt::format("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style)));
   }
 }
 
 void list_topologies(const TextStyle& style) {
   for (const TopologyEntry& entry : topology_table())
-    fmt::print("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style), paragraph(entry.form, 4, style));
+    streams::put(fmt::format("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style),
+                             paragraph(entry.form, 4, style)));
 }
 
 void list_metrics(const TextStyle& style) {
   for (const MetricEntry& entry : metric_table())
-    fmt::print("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style));
+    streams::put(fmt::format("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
 }
 
 nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
@@ -121,7 +123,7 @@ class ListVerb : public Verb {
   Exit execute() override {
     const TextStyle style = style_of(STDOUT_FILENO);
     if (json_)
-      fmt::print("{}\n", as_json(what_).dump(2));
+      streams::put(fmt::format("{}\n", as_json(what_).dump(2)));
     else if (what_ == "protocols")
       list_protocols(style);
     else if (what_ == "plants")

@@ -63,7 +63,7 @@ class Scribe : public RunObserver {
       : experiment_(experiment), record_(std::in_place, output / "record.sqlite", experiment), results_(experiment, output) {
     if (!quiet)
       progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
-        fmt::print(stderr, "{}", text);
+        streams::tell(text);
         std::fflush(stderr);
       });
   }
@@ -366,7 +366,7 @@ Exit RunVerb::abandon(Exit exit, const std::string& error) {
 void RunVerb::conclude(const Summary& summary) const {
   const std::string json = to_json(summary);
   write_file(output_ / "summary.json", json);
-  if (json_ || !quiet_) fmt::print("{}", json_ ? json : render(summary, style_of(STDOUT_FILENO)));
+  if (json_ || !quiet_) streams::put(json_ ? json : render(summary, style_of(STDOUT_FILENO)));
   std::fflush(stdout);
 }
 

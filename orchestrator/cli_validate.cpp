@@ -1,3 +1,4 @@
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 
@@ -65,15 +66,15 @@ class ValidateVerb : public Verb {
     const Experiment experiment = load_experiment(file_);
     try_protocols(experiment);
     const std::vector<Finding> findings = examine(experiment);
-    fmt::print("{}", json_ ? as_json(experiment, findings).dump(2) + "\n" : portrait(experiment, findings, style_of(STDOUT_FILENO)));
+    streams::put(json_ ? as_json(experiment, findings).dump(2) + "\n" : portrait(experiment, findings, style_of(STDOUT_FILENO)));
     return Exit::ok;
   }
 
   Exit abandon(Exit exit, const std::string& error) override {
     const CLI::Option& json = *app_.get_option("--json");
     if (json.count() > 0)
-      fmt::print("{}\n",
-                 nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+      streams::put(fmt::format("{}\n", nlohmann::ordered_json{{"valid", false}, {"error", error}}.dump(
+                                           2, ' ', false, nlohmann::json::error_handler_t::replace)));
     return exit;
   }
 

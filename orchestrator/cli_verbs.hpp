@@ -13,6 +13,9 @@
 
 namespace consort {
 
+/// One line on standard error.
+void say(const std::string& text);
+
 class Verb {
  public:
   explicit Verb(CLI::App& app) : app_(app) {}

@@ -1,3 +1,4 @@
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/memory.hpp"
 
@@ -38,12 +39,13 @@ int run(consort::CommandLine& command) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  consort::streams::prepare();
   std::setlocale(LC_CTYPE, "");  // decides between ✓ and its plain-text twin; numbers keep their point
   try {
     consort::CommandLine command(argc, argv);
-    return run(command);
+    return consort::streams::concluded("consort", run(command));
   } catch (const std::exception& error) {  // even saying what went wrong has failed
-    fmt::print(stderr, "consort: {}\n", error.what());
+    consort::streams::tell(fmt::format("consort: {}\n", error.what()));
     return static_cast<int>(Exit::run_failed);
   }
 }

@@ -117,7 +117,7 @@ inline std::vector<SourceFile> source_tree(const std::filesystem::path& root) {
                          {".cpp", ".hpp", ".c", ".h", ".idl", ".yaml", ".yml", ".json", ".md", ".sh", ".bib", ".xml", ".service", ".gp"});
   };
   for (const char* room :
-       {".github", "agent", "core", "dds", "deploy", "docs", "experiments", "idl", "orchestrator", "plant", "sim", "tests"})
+       {".github", "agent", "core", "dds", "deploy", "docs", "experiments", "idl", "io", "orchestrator", "plant", "sim", "tests"})
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / room))
       if (entry.is_regular_file() && wanted(entry.path())) found.push_back(entry.path());
   for (const fs::directory_entry& entry : fs::directory_iterator(root))
