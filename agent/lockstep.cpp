@@ -355,7 +355,7 @@ std::vector<wire::MemberReport> Lockstep::take_reports() {
   std::vector<wire::MemberReport> reports;
   reports.reserve(members_.size());
   for (Member& member : members_) {
-    wire::MemberReport fresh{.agent = member.id, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};
+    wire::MemberReport fresh{.agent = member.id, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}, .slept = member.report.slept};
     reports.push_back(std::exchange(member.report, std::move(fresh)));
   }
   report_due_ = false;

@@ -88,6 +88,7 @@ void Realtime::catch_up(std::size_t index, Round k) {
   Member& member = members_[index];
   if (member.k >= k) return;
   while (member.k < k && member.k < member.attendance.until) {
+    if (member.attendance.holds(member.k)) ++member.report.slept;
     ++member.k;
     report_state(member);
     if (member.k == member.attendance.until) ++left_;

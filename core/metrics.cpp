@@ -168,8 +168,39 @@ void put(Metrics& out, const std::string& name, const Vector& value) {
 
 std::span<const MetricEntry> metric_table() { return kTable; }
 
+namespace {
+
+bool anybody_in(const Trace& trace, std::size_t report) {
+  const std::size_t width = trace.agents * trace.agreed_dimension();
+  const auto values = trace.agreed_at(report);
+  return width == 0 || std::any_of(values.begin(), values.end(), [](double value) { return !is_absent(value); });
+}
+
+/// Of the run, whoever is there at its end.
+bool is_of_the_run(const MetricEntry& entry) { return entry.compute == network || entry.compute == timing || entry.compute == rounds; }
+
+/// What is measured of agents is no number where nobody is left.
+Metrics metrics_of_nobody(const Experiment& experiment, Seed run_seed, const ProtocolChoice& protocol, const Trace& trace) {
+  Trace names = trace;  // as long as somebody was there
+  while (!names.rounds.empty() && !anybody_in(names, names.rounds.size() - 1)) names.rounds.pop_back();
+  names.estimates.resize(names.rounds.size() * names.agents * names.dimension);
+  names.states.resize(names.rounds.size() * names.agents * names.state_dimension);
+  names.only_names = true;
+  Metrics out;
+  if (!names.rounds.empty()) out = compute_metrics(experiment, run_seed, protocol, names);
+  for (auto& [name, value] : out) {
+    const auto entry = std::find_if(kTable.begin(), kTable.end(), [&name = name](const MetricEntry& each) { return each.name == name; });
+    const bool counted = name.starts_with("messages_") || (entry != kTable.end() && is_of_the_run(*entry));
+    if (!counted) value = std::numeric_limits<double>::quiet_NaN();
+  }
+  return out;
+}
+
+}  // namespace
+
 Metrics compute_metrics(const Experiment& experiment, Seed run_seed, const ProtocolChoice& protocol, const Trace& trace) {
   check(!trace.rounds.empty(), "metrics are computed on a trace with at least one report");
+  if (!anybody_in(trace, trace.rounds.size() - 1)) return metrics_of_nobody(experiment, run_seed, protocol, trace);
   Metrics out;
   if (experiment.metrics.empty()) {
     for (const MetricEntry& entry : kTable) entry.compute(experiment, run_seed, protocol, trace, out);

@@ -46,14 +46,15 @@ void for_each_slot(const Trace& trace, std::size_t i, Use&& use) {
 
 double disagreement(std::span<const double> estimates, std::size_t agents, std::size_t dimension) {
   check(estimates.size() == agents * dimension, "disagreement needs agents x dimension estimates");
-  if (agents < 2 || dimension == 0) return 0.0;
+  if (agents == 0 || dimension == 0) return 0.0;
   // A comparison with a number that is not one is false, and would hide it.
   if (std::any_of(estimates.begin(), estimates.end(), [](double value) { return std::isnan(value); })) {
     std::vector<double> present;
     std::copy_if(estimates.begin(), estimates.end(), std::back_inserter(present), [](double value) { return !is_absent(value); });
-    if (present.size() == estimates.size()) return std::numeric_limits<double>::quiet_NaN();
+    if (present.empty() || present.size() == estimates.size()) return std::numeric_limits<double>::quiet_NaN();
     return disagreement(present, present.size() / dimension, dimension);
   }
+  if (agents < 2) return 0.0;
   if (dimension == 1) return range_of(estimates);
   double largest = 0.0;
   for (std::size_t i = 1; i < agents; ++i) {
@@ -67,13 +68,15 @@ double disagreement(std::span<const double> estimates, std::size_t agents, std::
 double estimation_error(const Trace& trace, const RoundReport& report) {
   const auto state_of = [&](std::size_t j) { return report.states.subspan(j * trace.state_dimension, trace.state_dimension); };
   double sum = 0.0;
+  bool anybody = false;
   for (std::size_t i = 0; i < trace.agents; ++i) {
     if (is_absent(state_of(i).front())) continue;  // the agent is not there
+    anybody = true;
     for_each_slot(trace, i, [&](std::size_t j, std::size_t offset) {
       sum += squared_error(report.estimates.subspan(i * trace.dimension + offset, trace.state_dimension), state_of(j));
     });
   }
-  return std::sqrt(sum);
+  return anybody ? std::sqrt(sum) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double deviation(const Trace& trace, const RoundReport& report) {

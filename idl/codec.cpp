@@ -214,6 +214,7 @@ consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena
     counters[3 * r + 2] = report.counters[r].lost;
   }
   out.counters = borrow<decltype(out.counters)>(counters, 3 * report.counters.size());
+  out.slept = report.slept;
   return out;
 }
 
@@ -459,6 +460,7 @@ MemberReport member_report(const consort_wire_MemberReport& in) {
   out.recorded.assign(recorded.begin(), recorded.end());
   out.hashes.assign(hashes.begin(), hashes.end());
   for (std::size_t r = 0; r < rounds.size(); ++r) out.counters.push_back({counters[3 * r], counters[3 * r + 1], counters[3 * r + 2]});
+  out.slept = in.slept;
   return out;
 }
 

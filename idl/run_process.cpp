@@ -192,7 +192,7 @@ int serve(const RunProcessOptions& options, const RunProgram& program, const Mak
   sigaddset(&signals, SIGCONT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
-  wire::DdsLog::of_this_process().write_to([](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); });
+  wire::DdsLog::of_this_process().write_to([](const std::string& line) { streams::tell(line + "\n"); });
   const dds::domain::Domain domain(
       options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, program.hosts_agents))));
   const wire::Participant participant(domain, {program.name, wire::Build::own(), options.ids}, key);
@@ -232,7 +232,7 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     std::vector<std::string> known;
     for (const CLI::Option* each : app.get_options())
       for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
-    std::fprintf(stderr, "%s: %s\n", program.name, unknown_word("option", app.remaining().front(), known).c_str());
+    streams::tell(program.name + (": " + unknown_word("option", app.remaining().front(), known)) + "\n");
     return static_cast<int>(Exit::bad_input);
   } catch (const CLI::ParseError& failure) {
     std::ostringstream out, err;
@@ -244,10 +244,10 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     streams::tell(program.name + (": " + std::string(failure.what())) + "\n");
     return static_cast<int>(Exit::bad_input);
   } catch (const TimeoutError& failure) {
-    std::fprintf(stderr, "%s: %s\n", program.name, failure.what());
+    streams::tell(program.name + (": " + std::string(failure.what())) + "\n");
     return static_cast<int>(Exit::timed_out);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "%s: out of memory\n", program.name);
+    streams::tell(std::string(program.name) + ": out of memory\n");
     return static_cast<int>(Exit::run_failed);
   } catch (const std::exception& failure) {
     streams::tell(program.name + (": " + std::string(failure.what())) + "\n");

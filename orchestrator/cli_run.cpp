@@ -1,6 +1,7 @@
 #include "agent/registry.hpp"
 #include "core/id_list.hpp"
 #include "core/option_text.hpp"
+#include "io/standard_streams.hpp"
 #include "orchestrator/cli_help.hpp"
 #include "orchestrator/cli_verbs.hpp"
 #include "orchestrator/dds_configuration.hpp"
@@ -19,7 +20,6 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -40,7 +40,10 @@ extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGT
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = keep_signal;  // without SA_RESTART: whoever waits in a system call wakes up
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
+  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
+  // Whoever starts a run with nohup wants it to outlive the terminal.
+  struct sigaction inherited {};
+  if (::sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
 }
 
 std::string random_name(const std::string& experiment) {
@@ -61,11 +64,7 @@ class Scribe : public RunObserver {
  public:
   Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
       : experiment_(experiment), record_(std::in_place, output / "record.sqlite", experiment), results_(experiment, output) {
-    if (!quiet)
-      progress_.emplace(experiment, style_of(STDERR_FILENO), [](std::string_view text) {
-        streams::tell(text);
-        std::fflush(stderr);
-      });
+    if (!quiet) progress_.emplace(experiment, style_of(STDERR_FILENO), streams::tell);
   }
 
   void launching(std::size_t found, std::size_t ready, std::size_t total) override {
@@ -90,8 +89,9 @@ class Scribe : public RunObserver {
     if (progress_) progress_->note(fmt::format("{} in round {}: {}", kind, round, text));
   }
   void run_ends(const JobOutcome& outcome) override {
-    record_->end_run(outcome, results_.add(outcome));
+    const Metrics metrics = results_.add(outcome);  // first: the record may not take it
     unfinished_.reset();
+    keep_in_record(outcome, metrics);
   }
 
   void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
@@ -117,18 +117,37 @@ class Scribe : public RunObserver {
     record_->flush();
     record_.reset();
   }
-  /// As close(), after a failure: what the job that failed had reached counts, and what cannot be written any more must not hide why it
-  /// failed.
-  void abandon() {
+  /// As close(), after a failure: what the job that failed had reached counts. What cannot be written any more must not hide why it failed:
+  /// it is said in the text that is returned, which is empty if everything is on the disk.
+  std::string abandon() {
+    std::string lost;
     if (progress_) progress_->finish();
-    if (unfinished_ && !unfinished_->trace.rounds.empty()) {
-      unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
-      results_.add(*unfinished_);
+    try {
+      if (unfinished_ && !unfinished_->trace.rounds.empty()) {
+        unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
+        unfinished_->end = {Ending::failure, agents_by_plan(experiment_, unfinished_->trace.last_round)};
+        const Metrics metrics = results_.add(*unfinished_);
+        keep_in_record(*unfinished_, metrics);
+      }
+      if (record_) record_->flush();
+    } catch (const std::exception&) {
+      lost = fmt::format("the record holds {}; what came after it, up to round {}, is not saved", record_->saved(), round_);
     }
+    return lost;
   }
   [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
 
  private:
+  void keep_in_record(const JobOutcome& outcome, const Metrics& metrics) {
+    const Trace& trace = outcome.trace;
+    const Completeness ended = completeness(outcome.end, trace.last_round, experiment_.rounds);
+    if (!ended.complete) record_->event(outcome.job, trace.last_round, "incomplete", ended.words);
+    for (const AgentEnd& agent : outcome.end.agents)
+      if (agent.slept > 0)
+        record_->event(outcome.job, trace.last_round, "slept", fmt::format("agent {}: {} rounds", agent.agent.value, agent.slept));
+    record_->end_run(outcome, metrics);
+  }
+
   const Experiment& experiment_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   std::optional<Record> record_;
@@ -151,7 +170,7 @@ class RunVerb : public Verb {
   void check_options() const;
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
-  void conclude(const Summary& summary) const;
+  Exit conclude(Summary summary) const;
 
   std::vector<std::string> command_line_;
   std::filesystem::path file_, output_option_;
@@ -186,7 +205,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       {{"0", "all criteria are met"},
        {"1", "a criterion was not met"},
        {"2", "bad input: the command line or the experiment file; nothing was run"},
-       {"3", "an agent or the run failed; the text names it"},
+       {"3",
+        "an agent or the run failed, or output cannot be written; the text names it. Also: the run is incomplete, as an agent that was to "
+        "be there did not report the last round; criteria then show their values and are not met"},
        {"4", "timed out; the text says who was missing or who waited for whom"},
        {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
   app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
@@ -343,31 +364,41 @@ Exit RunVerb::execute() {
                                                                                                signal == SIGINT ? "SIGINT" : "SIGTERM",
                                                                                                scribe_->round(), experiment_.rounds));
   scribe_->conclude(summary);
-  conclude(summary);
+  const Exit exit = conclude(summary);
+  if (signal == 0 && !summary.complete) say("incomplete: " + summary.incomplete);
   scribe_.reset();
-  return summary.exit;
+  return exit;
 }
 
 Exit RunVerb::abandon(Exit exit, const std::string& error) {
   if (!scribe_) return Verb::abandon(exit, error);
   // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
   if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
-  scribe_->abandon();
+  const std::string lost = scribe_->abandon();
   const Summary summary = scribe_->summary(exit, error);
   try {
     scribe_->conclude(summary);
   } catch (const RunError&) {
     // The record may be what failed: `error` says so, and the rest is still told.
   }
-  conclude(summary);
+  exit = conclude(summary);
+  if (!lost.empty()) say(lost);
   return exit;
 }
 
-void RunVerb::conclude(const Summary& summary) const {
-  const std::string json = to_json(summary);
-  write_file(output_ / "summary.json", json);
-  if (json_ || !quiet_) streams::put(json_ ? json : render(summary, style_of(STDOUT_FILENO)));
-  std::fflush(stdout);
+/// The results are shown whether they can be kept or not.
+Exit RunVerb::conclude(Summary summary) const {
+  std::string lost;
+  try {
+    write_file(output_ / "summary.json", to_json(summary));
+  } catch (const RunError& failure) {
+    lost = fmt::format("{}; the results are shown, but not kept there", failure.what());
+    if (summary.error.empty()) summary.error = failure.what();
+    if (summary.exit == Exit::ok || summary.exit == Exit::criterion_not_met) summary.exit = Exit::run_failed;
+  }
+  if (json_ || !quiet_) streams::put(json_ ? to_json(summary) : render(summary, style_of(STDOUT_FILENO)));
+  if (!lost.empty()) say(lost);
+  return summary.exit;
 }
 
 }  // namespace

@@ -117,6 +117,7 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
     if (!of_plant) counters += of_earlier_stays(report.agent, k);
     const auto ended = std::find_if(stays.begin(), stays.end(), [k](const Attendance& stay) { return stay.until == k; });
     if (ended != stays.end()) {
+      note_progress(report.agent, k, report.slept, of_plant);
       keep_last(report.agent, *ended, {report.hashes[r], counters}, of_plant);
       continue;
     }
@@ -127,6 +128,7 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
       continue;
     }
     while (rows_.size() <= number - first_) rows_.push_back(new_row(round_of(first_ + rows_.size())));
+    note_progress(report.agent, k, report.slept, of_plant);
     Half& half = of_plant ? rows_[number - first_].plant : rows_[number - first_].agents;
     if (half.here[agent]) {
       left_out_ += ends_.contains(k) ? 0 : 1;
@@ -144,11 +146,42 @@ void Collector::add(const wire::MemberReport& report, bool of_plant) {
   }
 }
 
+void Collector::note_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant) {
+  if (of_plant) {
+    plant_reached_ = std::max(plant_reached_, k);
+    return;
+  }
+  Progress& progress = progress_[agent];
+  progress.reached = std::max(progress.reached, k);
+  const std::vector<Attendance> stays = attendance_of(agent).stays();
+  const auto stay = std::find_if(stays.begin(), stays.end(), [k](const Attendance& each) { return k <= each.until; });
+  if (stay == stays.end()) return;
+  std::uint64_t& known = progress.slept[stay->until];
+  known = std::max(known, slept);
+}
+
+Round Collector::reached(AgentId agent) const {
+  const auto at = progress_.find(agent);
+  return at == progress_.end() ? 0 : at->second.reached;
+}
+
+std::uint64_t Collector::slept(AgentId agent) const {
+  std::uint64_t sum = 0;
+  if (const auto at = progress_.find(agent); at != progress_.end())
+    for (const auto& [until, slept] : at->second.slept) sum += slept;
+  return sum;
+}
+
 void Collector::hand_on(const std::function<bool(const RoundReport&)>& use) {
   const auto complete = [this](const Row& row) {
     return row.agents.count == agents_ && (state_dimension_ == 0 || row.plant.count == agents_);
   };
-  while (!rows_.empty() && complete(rows_.front())) {
+  // Where nobody is there, nobody reports: such rows come of themselves.
+  const auto begin_next = [this] {
+    if (rows_.empty() && (first_ == 0 || round_of(first_ - 1) < rounds_)) rows_.push_back(new_row(round_of(first_)));
+    return !rows_.empty();
+  };
+  while (begin_next() && complete(rows_.front())) {
     Row row = std::move(rows_.front());
     rows_.pop_front();
     const Round k = round_of(first_++);

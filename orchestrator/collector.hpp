@@ -28,6 +28,11 @@ class Collector {
   /// Calls `use` for every round that is complete now, ascending, until it returns false.
   void hand_on(const std::function<bool(const RoundReport&)>& use);
 
+  /// The last round the agent has reported, and (real time) the rounds of all its stays that it has left out.
+  [[nodiscard]] Round reached(AgentId agent) const;
+  [[nodiscard]] std::uint64_t slept(AgentId agent) const;
+  /// The last round the plant has reported.
+  [[nodiscard]] Round plant_reached() const { return plant_reached_; }
   [[nodiscard]] std::uint64_t left_out() const { return left_out_; }
   /// Agents that have not reported the oldest incomplete round.
   [[nodiscard]] std::vector<AgentId> missing() const;
@@ -55,6 +60,7 @@ class Collector {
   [[nodiscard]] Half new_half(Round k, std::size_t dimension, std::size_t recorded, const LastWords& last) const;
   static void fill_absent(Half& half, AgentId agent, const Last& last);
   [[nodiscard]] Attendance attendance_of(AgentId agent) const;
+  void note_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant);
   void keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant);
   [[nodiscard]] AgentCounters of_earlier_stays(AgentId agent, Round k) const;
   [[nodiscard]] bool is_reported(Round k) const { return k <= rounds_ && (k % interval_ == 0 || k == rounds_); }
@@ -75,6 +81,12 @@ class Collector {
   std::map<AgentId, Departed> newest_;  // of each agent: the round after its newest report, and what that said
   std::size_t first_ = 0;               // number of rows_.front()
   std::deque<Row> rows_;
+  struct Progress {
+    Round reached = 0;
+    std::map<Round, std::uint64_t> slept;  // by the end of the stay
+  };
+  std::map<AgentId, Progress> progress_;
+  Round plant_reached_ = 0;
   std::uint64_t left_out_ = 0;
 };
 

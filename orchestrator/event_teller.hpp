@@ -30,12 +30,17 @@ class EventTeller {
   }
   void report(const RoundReport& report) {
     // A report of round k shows what rounds before k did, so what takes effect from round k on is told after it.
-    for (; next_ < events_.size() && events_[next_].round < report.k; ++next_)
-      observer_.event(job_, events_[next_].round, events_[next_].kind, events_[next_].text);
+    tell_before(report.k);
     observer_.report(job_, report);
   }
+  /// What takes effect in the last round is told where it is what ends the run.
+  void rest(Round last) { tell_before(last + 1); }
 
  private:
+  void tell_before(Round k) {
+    for (; next_ < events_.size() && events_[next_].round < k; ++next_)
+      observer_.event(job_, events_[next_].round, events_[next_].kind, events_[next_].text);
+  }
   struct Event {
     Round round;
     const char* kind;

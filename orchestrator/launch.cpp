@@ -157,6 +157,8 @@ void Children::signal_all(int signal) const {
   }
 }
 
+void Children::wake_all() const { signal_all(SIGCONT); }
+
 Children::~Children() {
   if (alive_ == 0) return;
   signal_all(SIGTERM);

@@ -37,6 +37,7 @@ class Children {
 
   /// Sends a signal to the child that was started last under this name, if it lives.
   void signal(const std::string& name, int signal);
+  void wake_all() const;              ///< SIGCONT to all that live
   std::optional<Death> next_death();  ///< somebody who ended since the last call; never blocks
   [[nodiscard]] std::size_t alive() const { return alive_; }
   /// Waits until all have ended by themselves or `seconds` have passed; true if all have.

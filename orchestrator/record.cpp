@@ -16,6 +16,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <ctime>
+#include <functional>
 #include <future>
 #include <limits>
 #include <map>
@@ -32,6 +33,7 @@ namespace {
 constexpr std::size_t kMaxValues = 1900;                        // SQLite allows 2000 columns
 constexpr std::size_t kMaxPendingDoubles = 8u << 20;            // 64 MiB waiting for the disk; beyond that the run waits
 constexpr std::size_t kEagerDoubles = kMaxPendingDoubles / 8;   // start writing before the period is over
+constexpr std::size_t kCommitDoubles = 1u << 15;                // so that a full disk costs no more than these
 constexpr auto kCommitPeriod = std::chrono::milliseconds(100);  // seldom enough to leave the cores to the agents
 constexpr std::size_t kMostGraphRows = 100'000;                 // of segments and edges, unless the experiment wants all
 constexpr std::size_t kDrawsPerRow = 10;                        // a draw costs as much of a row
@@ -115,7 +117,7 @@ struct End {
   double seconds;
   AgentCounters totals;
   std::uint64_t hash;
-  std::string at;
+  std::string at;  // empty: it did not come to its end
   std::vector<LinkTotals> links;
   std::vector<NetworkTotals> network;
   std::vector<Performance> processes;
@@ -157,10 +159,26 @@ class Writer {
     row.execute();
   }
 
-  void write(const Batch& batch) {
+  /// `committed` is told of the newest rows that are on the disk, also when what follows them fails.
+  void write(const Batch& batch, const std::function<void(const Rows&)>& committed) {
+    const Rows* newest = nullptr;
+    std::size_t since = 0;  // offset of what is not committed yet
+    const auto commit = [&] {
+      database_.run("COMMIT");
+      if (newest) committed(*newest);
+    };
     database_.run("BEGIN");
-    for (const auto& entry : batch.entries) std::visit([&](const auto& e) { write(e, batch); }, entry);
-    database_.run("COMMIT");
+    for (const auto& entry : batch.entries) {
+      std::visit([&](const auto& e) { write(e, batch); }, entry);
+      const Rows* rows = std::get_if<Rows>(&entry);
+      if (!rows) continue;
+      newest = rows;
+      if (rows->offset - since < kCommitDoubles) continue;
+      commit();
+      since = rows->offset;
+      database_.run("BEGIN");
+    }
+    commit();
   }
 
  private:
@@ -300,7 +318,7 @@ class Writer {
         "UPDATE runs SET messages_sent = ?, messages_delivered = ?, messages_lost = ?, ended = ?, rounds = ?, converged = ?, seconds = ?, "
         "run_hash = ? WHERE run = ?");
     bind_counters(update, 0, end.totals);
-    update.bind(3, end.at);
+    if (!end.at.empty()) update.bind(3, end.at);
     update.bind(4, static_cast<std::int64_t>(end.rounds));
     update.bind(5, static_cast<std::int64_t>(end.converged));
     update.bind(6, end.seconds);
@@ -350,7 +368,7 @@ class Writer {
     for (std::size_t i = 0; i < summary.criteria.size(); ++i) {
       criterion.bind(0, static_cast<std::int64_t>(i));
       criterion.bind(1, summary.criteria[i].text);
-      criterion.bind(2, std::int64_t{summary.criteria[i].met});
+      if (summary.complete) criterion.bind(2, std::int64_t{summary.criteria[i].met});
       criterion.bind(3, summary.criteria[i].value);
       criterion.execute();
     }
@@ -451,7 +469,11 @@ struct Record::Impl {
         std::swap(batch, pending);
       }
       progress.notify_all();
-      if (!batch.entries.empty()) writer.write(batch);
+      const auto keep_newest = [this](const Rows& rows) {
+        const std::lock_guard lock(mutex);
+        newest = std::pair(rows.run, rows.round);
+      };
+      if (!batch.entries.empty()) writer.write(batch, keep_newest);
       const std::lock_guard lock(mutex);
       committed += batch.entries.size();
       batch.clear();
@@ -491,6 +513,7 @@ struct Record::Impl {
   Batch pending;
   AgentRows current{};
   std::uint64_t handed = 0, committed = 0;
+  std::optional<std::pair<std::size_t, Round>> newest;  // run and round of the newest report that is on the disk
   bool closing = false, urgent = false, stopped = false;
   std::shared_future<void> finished;
 };
@@ -539,14 +562,21 @@ void Record::end_run(const JobOutcome& outcome, const Metrics& metrics) {
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   const Trace& trace = outcome.trace;
-  impl_->hand_over(End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash, utc_now(),
-                       trace.links, trace.network, trace.processes, metrics});
+  impl_->hand_over(End{outcome.job.number, trace.last_round, trace.converged, outcome.seconds, trace.totals, trace.hash,
+                       is_complete(outcome.end.ending) ? utc_now() : std::string(), trace.links, trace.network, trace.processes, metrics});
 }
 
 void Record::conclude(const Summary& summary) {
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   impl_->hand_over(summary);
+}
+
+std::string Record::saved() const {
+  const std::lock_guard lock(impl_->mutex);
+  if (!impl_->newest) return "no report";
+  const auto [run, round] = *impl_->newest;
+  return fmt::format("the reports up to round {}{}", round, run == 0 ? std::string() : fmt::format(" of run {}", run));
 }
 
 void Record::flush() {

@@ -22,7 +22,9 @@ class Record {
   void event(const Job& job, Round round, const std::string& kind, const std::string& text);
   void end_run(const JobOutcome& outcome, const Metrics& metrics = {});
   void conclude(const Summary& summary);  ///< what came of all runs
-  void flush();                           ///< returns when everything handed over so far is committed; throws RunError if writing failed
+  /// How far what was handed over is on the disk, for a person.
+  [[nodiscard]] std::string saved() const;
+  void flush();  ///< returns when everything handed over so far is committed; throws RunError if writing failed
 
  private:
   struct Impl;

@@ -82,7 +82,7 @@ CREATE TABLE results (           -- the metrics over the runs, as the table of r
 CREATE TABLE criteria (          -- one row per acceptance criterion, in the order of the file
   number INTEGER PRIMARY KEY,    -- 0, 1, ...
   text TEXT NOT NULL,
-  met INTEGER NOT NULL,          -- 1: it holds
+  met INTEGER,                   -- 1: it holds; NULL: the run is not complete
   value REAL                     -- of the side of its first comparison that names a metric; NULL: not a number
 );
 CREATE TABLE segments (          -- rounds of a run that have one graph, as scheduled; who was given up meanwhile is in events

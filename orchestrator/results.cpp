@@ -117,12 +117,16 @@ void claim_output_folder(const std::filesystem::path& folder) {
 
 void write_file(const std::filesystem::path& file, const std::string& text) {
   const std::filesystem::path unfinished = file.string() + ".part";
+  errno = 0;
   std::ofstream out(unfinished, std::ios::binary);
   out << text;
   out.close();
-  std::error_code failure;
+  std::error_code failure(out ? 0 : errno, std::generic_category());
   if (out) std::filesystem::rename(unfinished, file, failure);
-  if (!out || failure) throw RunError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+  if (out && !failure) return;
+  std::error_code ignored;
+  std::filesystem::remove(unfinished, ignored);
+  throw RunError(fmt::format("cannot write {}: {}", file.string(), failure.message()));
 }
 
 Results::Results(const Experiment& experiment, std::filesystem::path output) : experiment_(experiment), output_(std::move(output)) {
@@ -151,10 +155,48 @@ Metrics Results::add(const JobOutcome& outcome) {
   result.seconds += outcome.seconds;
   ++result.runs;
   RunMetrics& run = result.per_run.emplace_back(RunMetrics{outcome.job.seed, {}});
+  add_end(outcome);
   if (trace.rounds.empty()) return {};
   run.metrics = compute_metrics(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
   run.diverged = divergence(experiment_, outcome.job.seed, experiment_.protocols[outcome.job.protocol], trace);
   return run.metrics;
+}
+
+void Results::add_end(const JobOutcome& outcome) {
+  ++ended_;
+  merge(ends_, outcome.end.agents);
+  if (!completeness_.complete) return;
+  ending_ = outcome.end.ending;
+  completeness_ = completeness(outcome.end, outcome.trace.last_round, experiment_.rounds);
+  if (!completeness_.complete && protocols_.size() * experiment_.runs > 1)
+    completeness_.words += fmt::format("; in run {} of {}", ended_, protocols_.size() * experiment_.runs);
+}
+
+/// How far it came, and what follows for the criteria.
+void Results::conclude(Summary& summary) const {
+  const bool cut_short = summary.exit == Exit::timed_out || summary.exit == Exit::interrupted || summary.exit == Exit::terminated;
+  const std::size_t asked = protocols_.size() * experiment_.runs;
+  summary.ending = ending_;
+  summary.missing = completeness_.missing;
+  summary.incomplete = completeness_.words;
+  summary.ends = ends_.empty() ? agents_by_plan(experiment_, 0) : ends_;
+  summary.complete = completeness_.complete && ended_ == asked && !cut_short;
+  if (!summary.complete && summary.incomplete.empty()) summary.incomplete = fmt::format("{} of {} runs came to their end", ended_, asked);
+  if (!summary.complete && summary.error.empty()) {
+    summary.exit = Exit::run_failed;
+    summary.error = summary.incomplete;
+  }
+  // Of a run that has failed, some metrics may not be known.
+  std::vector<std::string> known;
+  for (const std::string& criterion : experiment_.criteria) {
+    const auto names = metrics_of(criterion);
+    if (summary.error.empty() ||
+        std::all_of(names.begin(), names.end(), [&](const std::string& name) { return summary.metrics.contains(name); }))
+      known.push_back(criterion);
+  }
+  summary.criteria = judge(known, summary.metrics);
+  const bool all = std::all_of(summary.criteria.begin(), summary.criteria.end(), [](const auto& criterion) { return criterion.met; });
+  if (summary.error.empty() && !all) summary.exit = Exit::criterion_not_met;
 }
 
 std::uint64_t samples_of(const std::vector<Refusal>& refused) {
@@ -196,11 +238,7 @@ Summary Results::summary(const SessionTimes& times, Exit exit, const std::string
     summary.protocols.push_back(std::move(result));
   }
   summary.rounds_per_second = seconds > 0.0 ? static_cast<double>(rounds) / seconds : 0.0;
-  if (error.empty()) {
-    summary.criteria = judge(experiment_.criteria, summary.metrics);
-    const bool all = std::all_of(summary.criteria.begin(), summary.criteria.end(), [](const auto& criterion) { return criterion.met; });
-    if (!all) summary.exit = Exit::criterion_not_met;
-  }
+  conclude(summary);
   return summary;
 }
 
@@ -210,15 +248,23 @@ std::string to_json(const Summary& summary) {
   json["passed"] = summary.passed();
   json["exit"] = static_cast<int>(summary.exit);
   if (!summary.error.empty()) json["error"] = summary.error;
+  json["complete"] = summary.complete;
+  json["ending"] = std::string(name_of(summary.ending));
+  if (!summary.complete) {
+    json["incomplete"] = summary.incomplete;
+    json["missing"] = summary.missing;
+  }
   json["mode"] = std::string(name_of(summary.mode));
   json["seed"] = summary.seed.value;
   json["runs"] = summary.runs;
   json["rounds"] = summary.rounds;
   json["trace_hash"] = fmt::format("{:016x}", summary.trace_hash);
   json["criteria"] = nlohmann::ordered_json::array();
-  for (const CriterionResult& criterion : summary.criteria)
-    json["criteria"].push_back(
-        {{"text", criterion.text}, {"met", criterion.met}, {"value", criterion.value}, {"metrics", criterion.metrics}});
+  for (const CriterionResult& criterion : summary.criteria) {
+    nlohmann::ordered_json met;  // null: a run that is not complete meets nothing
+    if (summary.complete) met = criterion.met;
+    json["criteria"].push_back({{"text", criterion.text}, {"met", met}, {"value", criterion.value}, {"metrics", criterion.metrics}});
+  }
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
   if (summary.runs > 1) json["per_run"] = per_run(summary);
@@ -228,6 +274,13 @@ std::string to_json(const Summary& summary) {
                          {"messages_sent", summary.totals.sent},
                          {"messages_delivered", summary.totals.delivered},
                          {"messages_lost", summary.totals.lost}};
+  json["agents"] = nlohmann::ordered_json::array();
+  for (const auto& [ids, end] : alike(summary.ends)) {
+    nlohmann::ordered_json entry{{"ids", listed(ids)}, {"reached", end.reached}, {"asked", end.asked}};
+    if (end.absence != AgentEnd::Absence::none) entry["absence"] = std::string(name_of(end.absence));
+    if (summary.mode == Mode::realtime) entry["slept"] = end.slept;
+    json["agents"].push_back(std::move(entry));
+  }
   json["rejected"] = {{"samples", samples_of(summary.refused)}, {"by", nlohmann::ordered_json::array()}};
   for (const Refusal& refusal : summary.refused) {
     nlohmann::ordered_json entry{{"topic", refusal.topic},

@@ -57,7 +57,12 @@ struct Summary {
   std::uint64_t trace_hash = 0;  ///< over the hashes of all runs, in order
   double startup_seconds = 0.0, rounds_per_second = 0.0;
   AgentCounters totals;
-  std::vector<Refusal> refused;  ///< samples that the processes left out
+  std::vector<Refusal> refused;        ///< samples that the processes left out
+  bool complete = true;                ///< every run came to its end: see completeness()
+  Ending ending = Ending::last_round;  ///< of the first run that is not complete, else of the last one
+  std::string incomplete;              ///< why it is not complete
+  std::vector<std::uint32_t> missing;  ///< agents that did not come as far as they were to; 0: the plant
+  std::vector<AgentEnd> ends;          ///< by agent, over all runs that began
   Exit exit = Exit::ok;
   std::string error;  ///< empty: the run reached its end
   [[nodiscard]] bool passed() const { return exit == Exit::ok; }
@@ -70,14 +75,22 @@ class Results {
   /// Computes the metrics, so the trace need not be kept, and gives those of this run; none if nothing was reported.
   Metrics add(const JobOutcome& outcome);
   void keep(const std::vector<Refusal>& refused) { refused_ = refused; }
-  /// What is known so far. With `error` empty the criteria are judged and decide between Exit::ok and Exit::criterion_not_met.
+  /// What is known so far. With `error` empty the criteria decide between Exit::ok and Exit::criterion_not_met, if all runs are complete;
+  /// else that is the failure.
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;
 
  private:
+  void add_end(const JobOutcome& outcome);
+  void conclude(Summary& summary) const;
+
   Experiment experiment_;  // with the metrics of the final table added to those the user chose
   std::filesystem::path output_;
   std::vector<ProtocolResult> protocols_;
   std::vector<Refusal> refused_;
+  std::vector<AgentEnd> ends_;
+  Completeness completeness_;
+  Ending ending_ = Ending::last_round;
+  std::size_t ended_ = 0;  // runs
   HistoryHash hash_;
 };
 

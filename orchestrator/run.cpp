@@ -8,6 +8,7 @@
 #include "orchestrator/launch.hpp"
 #include "orchestrator/placement.hpp"
 #include "orchestrator/session.hpp"
+#include "sim/last_round.hpp"
 
 #include <algorithm>
 #include <array>
@@ -28,11 +29,14 @@ constexpr double kGrantSeconds = 0.25;    // half a grant window, in wall-clock 
 // Real time:
 constexpr double kStartDelay = 0.3;   // s: the first grant reaches everybody before round 0 begins
 constexpr double kToldAhead = 2.0;    // s: how far ahead the graphs are told
-constexpr double kLastReports = 5.0;  // s: after the last round, for reports that are under way
 constexpr double kJoinLead = 1.0;     // s: a process is started so long before its first round,
 constexpr double kAfterDeath = 0.05;  // s: but after the end of the one before it
 constexpr std::size_t kMostGraphs = 4096;
 constexpr double kStallSeconds = 5.0;  // silence after which the agents are asked whom they wait for
+// For how long the agents' last words are waited for,
+constexpr double kLastWords = 30.0;            // s
+constexpr double kLastWordsOfSurvivors = 3.0;  // s; where somebody has not come to the end,
+constexpr double kLastWordsOnASignal = 1.0;    // s; and where the user waits
 
 Round round_up(double rounds, Round multiple) {
   const auto wanted = static_cast<Round>(std::clamp(rounds, 1.0, static_cast<double>(wire::kLargestHalfWindow)));
@@ -60,8 +64,12 @@ class GraphNumbers {
 /// One job: from the ready agents to its last round.
 class JobRun {
  public:
-  JobRun(const Experiment& experiment, const Job& job, std::uint32_t epoch, Session& session, RunObserver& observer)
+  /// `until_last_left`: the experiment is cut where nobody is left.
+  JobRun(const Experiment& experiment, const RunOptions& options, bool until_last_left, const Job& job, std::uint32_t epoch,
+         Session& session, RunObserver& observer)
       : experiment_(experiment),
+        last_reports_seconds_(options.last_reports_seconds),
+        until_last_left_(until_last_left),
         job_(job),
         epoch_(epoch),
         session_(session),
@@ -69,9 +77,28 @@ class JobRun {
         schedule_(experiment.schedule(job.seed)),
         interval_(experiment.report_interval()),
         stop_(experiment.rounds, experiment.convergence),
-        teller_(experiment, job_, observer) {}
+        teller_(experiment, job_, observer),
+        outcome_{job, {}, 0.0} {}
 
-  JobOutcome run() {
+  /// Throws what ended the run, after handing the observer what was known by then.
+  void run() {
+    try {
+      run_rounds();
+      finish();
+    } catch (const TimeoutError&) {
+      salvage(Ending::deadline);
+      throw;
+    } catch (const std::exception&) {
+      salvage(Ending::failure);
+      throw;
+    }
+    complete_trace();
+    conclude();
+  }
+  [[nodiscard]] double seconds() const { return outcome_.seconds; }
+
+ private:
+  void run_rounds() {
     const RunLayouts layouts = session_.layouts();
     trace_ = layouts.empty_trace(experiment_.agents);
     collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, interval_, trace_.state_dimension, experiment_.presence,
@@ -85,7 +112,10 @@ class JobRun {
       grant_from(0);
     while (!over_) {
       session_.step([this](wire::Telemetry&& telemetry) { take(telemetry); });
-      if (session_.interrupted()) break;
+      if (session_.interrupted()) {
+        end(Ending::signal);
+        break;
+      }
       notice_losses();
       if (realtime())
         keep_pace();
@@ -94,16 +124,74 @@ class JobRun {
       notice_stall();
       tell_remarks();
     }
-    JobOutcome outcome{job_, {}, over_ ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_)};
-    finish();
-    tell_remarks();
-    observer_.refused(session_.refusals());
-    trace_.converged = stop_.converged();
-    outcome.trace = std::move(trace_);
-    return outcome;
+    const bool reported = ending_ != Ending::signal && ending_ != Ending::out_of_time;
+    outcome_.seconds = reported ? std::chrono::duration<double>(last_news_ - started_).count() : seconds_since(started_);
   }
 
- private:
+  void end(Ending how) {
+    if (!over_) ending_ = how;
+    over_ = true;
+  }
+
+  /// The run has failed, and why it did must reach the user: what else fails now is of no interest. The survivors say their last words.
+  void salvage(Ending how) {
+    if (!collector_) return;  // it never began
+    if (!over_) outcome_.seconds = std::max(seconds_since(started_), 0.0);
+    end(how);
+    session_.bear_with_losses();
+    for (const auto step : {&JobRun::finish, &JobRun::complete_trace, &JobRun::conclude}) {
+      try {
+        (this->*step)();
+      } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch)
+      }
+    }
+  }
+
+  void conclude() {
+    observer_.refused(session_.refusals());
+    trace_.converged = stop_.converged();
+    outcome_.end = run_end();
+    outcome_.trace = std::move(trace_);
+    observer_.run_ends(outcome_);
+  }
+
+  /// What the last words have completed counts. Real time: who has not come to the end does not keep the others from being recorded.
+  void complete_trace() {
+    if (ending_ == Ending::nobody_left) teller_.rest(trace_.last_round);
+    if (is_complete(ending_)) return;
+    const auto keep = [this](const RoundReport& report) {
+      keep_report(report);
+      return true;
+    };
+    collector_->hand_on(keep);
+    if (ending_ != Ending::out_of_time) return;
+    if (trace_.last_round == experiment_.rounds) {
+      ending_ = at_the_end();
+      return;
+    }
+    std::vector<AgentId> missing;
+    for (const AgentEnd& agent : agents_by_plan(experiment_, experiment_.rounds))
+      if (collector_->reached(agent.agent) < agent.asked) missing.push_back(agent.agent);
+    collector_->depart(missing);
+    collector_->hand_on(keep);
+  }
+
+  [[nodiscard]] Ending at_the_end() const {
+    return stop_.converged() ? Ending::stop_rule : until_last_left_ ? Ending::nobody_left : Ending::last_round;
+  }
+
+  [[nodiscard]] RunEnd run_end() const {
+    RunEnd end{ending_, agents_by_plan(experiment_, ending_ == Ending::out_of_time ? experiment_.rounds : trace_.last_round)};
+    for (AgentEnd& agent : end.agents) {
+      agent.reached = collector_->reached(agent.agent);
+      if (is_complete(ending_)) agent.reached = std::min(agent.reached, trace_.last_round);  // who ran ahead did so for nothing
+      agent.slept = collector_->slept(agent.agent);
+      if (given_up_.contains(agent.agent)) agent.absence = AgentEnd::Absence::given_up;
+    }
+    if (trace_.state_dimension > 0) end.plant = collector_->plant_reached();
+    return end;
+  }
+
   [[nodiscard]] bool realtime() const { return experiment_.mode == Mode::realtime; }
 
   /// Real time: round 0 begins in a moment, everywhere at once.
@@ -125,7 +213,7 @@ class JobRun {
     };
     if (granted_ < ahead(kToldAhead / 2.0)) tell_graphs(now, ahead(kToldAhead));
     meet_faults(elapsed);
-    if (elapsed > experiment_.rounds * experiment_.dt + kLastReports) over_ = true;
+    if (elapsed > experiment_.rounds * experiment_.dt + last_reports_seconds_) end(Ending::out_of_time);
   }
 
   void tell_graphs(Round first, Round until) {
@@ -299,13 +387,17 @@ class JobRun {
   void hand_on() {
     collector_->hand_on([&](const RoundReport& report) {
       if (over_) return false;
-      trace_.add(report);
-      teller_.report(report);
-      over_ = stop_.ends(report.k, [&] { return deviation(trace_, report); });
+      keep_report(report);
+      if (stop_.ends(report.k, [&] { return deviation(trace_, report); })) end(at_the_end());
       last_news_ = Clock::now();
       stall_told_ = false;
       return !over_;
     });
+  }
+
+  void keep_report(const RoundReport& report) {
+    trace_.add(report);
+    teller_.report(report);
   }
 
   /// Everybody has come to the point where the newest grant asked for a report: time for the next one.
@@ -319,6 +411,7 @@ class JobRun {
   void notice_losses() {
     for (const Session::Loss& loss : session_.take_losses()) {
       collector_->depart(loss.agents);
+      given_up_.insert(loss.agents.begin(), loss.agents.end());
       observer_.event(job_, trace_.last_round, "loss", loss.text);
       hand_on();
     }
@@ -337,13 +430,20 @@ class JobRun {
 
   /// Ends the epoch: the agents report their links and are free for the next job.
   void finish() {
-    session_.wake_all();
+    if (ending_ != Ending::out_of_time) session_.wake_all();  // else it would be chance whether who is asleep still reports
     session_.broadcast(wire::Command{epoch_, wire::Order::finish});
     const auto begin = Clock::now();
-    while (!session_.all_among(last_words_) && seconds_since(begin) < (session_.interrupted() ? 1.0 : 30.0))
+    const auto patience = [this] {
+      if (session_.interrupted()) return kLastWordsOnASignal;
+      return is_complete(ending_) ? kLastWords : kLastWordsOfSurvivors;
+    };
+    while (!session_.all_among(last_words_) && seconds_since(begin) < patience())
       session_.step([this](wire::Telemetry&& telemetry) { collect(telemetry); });
     for (const auto& [process, links] : links_of_)
       for (const wire::LinkReport& link : links) add_link(link);
+    links_of_.clear();
+    trace_.links.clear();
+    for (const auto& [edge, total] : link_totals_) trace_.links.push_back(total);
     if (const std::uint64_t left_out = collector_->left_out(); left_out > 0)
       observer_.event(job_, trace_.last_round, "remark", std::to_string(left_out) + " reports did not fit the run and were left out");
     const auto by_edge = [](const NetworkTotals& a, const NetworkTotals& b) { return a.edge < b.edge; };
@@ -355,10 +455,12 @@ class JobRun {
     if (experiment_.transport.loss > 0.0)
       observer_.event(job_, trace_.last_round, "transport",
                       std::to_string(again) + " bytes were sent again, as packets had been lost or thrown away");
-    for (const auto& [edge, total] : link_totals_) trace_.links.push_back(total);
+    tell_remarks();
   }
 
   const Experiment& experiment_;
+  double last_reports_seconds_;
+  bool until_last_left_;
   Job job_;
   std::uint32_t epoch_;
   Session& session_;
@@ -379,7 +481,10 @@ class JobRun {
   std::uint64_t start_ns_ = 0;  // real time: wall clock of round 0
   std::size_t next_fault_ = 0;
   std::set<std::pair<Round, AgentId>> called_;  // who has been started for a later stay
+  std::set<AgentId> given_up_;
   bool over_ = false, stall_told_ = false;
+  Ending ending_ = Ending::last_round;  // once it is over
+  JobOutcome outcome_;
 };
 
 }  // namespace
@@ -390,8 +495,12 @@ std::string run_key() {
   return given ? *given : wire::RunKey::random_secret();
 }
 
-SessionTimes run_processes(const Experiment& experiment, const RunOptions& options, RunObserver& observer) {
+SessionTimes run_processes(const Experiment& asked, const RunOptions& options, RunObserver& observer) {
   const auto begin = Clock::now();
+  Experiment experiment = asked;
+  experiment.rounds = last_round(asked);
+  experiment.report_every = asked.report_interval();
+  const bool until_last_left = experiment.rounds < asked.rounds;
   SessionTimes times;
   Session session(experiment, options);
   try {
@@ -401,9 +510,9 @@ SessionTimes run_processes(const Experiment& experiment, const RunOptions& optio
       session.assign(job, epoch, observer);
       if (session.interrupted()) break;
       if (job.number == 0) times.startup_seconds = seconds_since(begin);
-      const JobOutcome outcome = JobRun(experiment, job, epoch, session, observer).run();
-      times.running_seconds += outcome.seconds;
-      observer.run_ends(outcome);
+      JobRun run(experiment, options, until_last_left, job, epoch, session, observer);
+      run.run();
+      times.running_seconds += run.seconds();
       if (session.interrupted()) break;
     }
   } catch (...) {

@@ -4,6 +4,7 @@
 #include "core/experiment.hpp"
 #include "core/trace.hpp"
 #include "idl/refusal.hpp"
+#include "orchestrator/ending.hpp"
 
 #include <atomic>
 #include <filesystem>
@@ -25,6 +26,7 @@ struct JobOutcome {
   Job job;
   Trace trace;
   double seconds = 0.0;  ///< wall clock from round 0 to the last round
+  RunEnd end = {};
 };
 
 /// Names of the numbers a run deals with.
@@ -75,6 +77,7 @@ struct RunOptions {
   std::vector<AgentId> external;                ///< started by hand, not launched here
   std::string key = {};                         ///< secret the processes know each other by; empty: a random one
   bool external_plant = false;                  ///< the same of the plant
+  double last_reports_seconds = 5.0;            ///< real time: for so long after the last round, reports under way are waited for
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 };
 

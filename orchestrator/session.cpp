@@ -521,7 +521,7 @@ void Session::step(const std::function<void(wire::Telemetry&&)>& on_telemetry) {
   watch_children();
   watch_external();
   wake_stopped(false);
-  if (!leaving_ && Clock::now() > deadline_) time_out();
+  if (!leaving_ && !failed_ && Clock::now() > deadline_) time_out();
 }
 
 std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
@@ -568,10 +568,10 @@ void Session::handle(wire::Presence&& presence) {
       state.status = std::move(presence);
       break;
     case wire::State::failed:
-      if (may_lose(*process)) break;  // its process ends by itself
+      if (failed_ || may_lose(*process)) break;  // its process ends by itself
       throw RunError(state.name + " (" + state.where + ") failed: " + presence.note);
     case wire::State::leaving:
-      if (!leaving_ && !leaves(*process) && !may_lose(*process))
+      if (!leaving_ && !failed_ && !leaves(*process) && !may_lose(*process))
         throw RunError(state.name + " (" + state.where + ") left in round " + std::to_string(presence.round));
       if (state.external) {
         state.started = state.found = false;
@@ -588,11 +588,12 @@ void Session::watch_children() {
     const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
     const auto process = static_cast<std::size_t>(state - states_.begin());
     const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves(process));
-    if (!left && !may_lose(process)) throw RunError(death->text());
     roster_->vacate(process);
     state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
-    if (!left) lose(process, death->text());
+    if (left || failed_) continue;
+    if (!may_lose(process)) throw RunError(death->text());
+    lose(process, death->text());
   }
 }
 
@@ -603,11 +604,12 @@ void Session::watch_external() {
     ProcessState& state = states_[p];
     if (!state.external || !state.started || !state.silent_since || Clock::now() - *state.silent_since < kSecondLook) continue;
     const std::string text = state.name + " (" + state.where + ") gives no sign of life any more";
-    if (!may_lose(p)) throw RunError(text);
     state.silent_since.reset();
     roster_->vacate(p);
     state.started = state.found = false;
     state.ready_epoch = 0;
+    if (failed_) continue;
+    if (!may_lose(p)) throw RunError(text);
     lose(p, text);
   }
 }
@@ -758,6 +760,7 @@ void Session::tell_remarks(RunObserver& observer) {
 
 void Session::shut_down() {
   leaving_ = true;
+  children_->wake_all();  // who is asleep, whoever put it there, cannot leave
   broadcast(wire::Command{epoch_, wire::Order::shutdown});
   const bool elsewhere = count([](const ProcessState& state) { return state.external && state.started; }) > 0;
   for (const auto& hub : hubs_)

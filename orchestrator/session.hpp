@@ -43,6 +43,8 @@ class Session {
   void kill(AgentId agent, const std::function<void(wire::Telemetry&&)>& on_telemetry);
   /// Stops an agent's process for so long.
   void stop(AgentId agent, Seconds duration);
+  /// The run has failed: from now on no death, and no deadline, is another failure.
+  void bear_with_losses() { failed_ = true; }
   /// Lets every stopped process go on at once.
   void wake_all() { wake_stopped(true); }
   /// Hands out the assignments of one job and waits until every process has met its neighbours.
@@ -156,7 +158,7 @@ class Session {
     std::chrono::steady_clock::time_point until;
   };
   std::vector<Stopped> stopped_;
-  bool leaving_ = false;
+  bool leaving_ = false, failed_ = false;
   bool granted_ = false;       // rounds of the job have been granted
   std::vector<AgentId> gone_;  // lost in this job, ascending
   std::vector<Loss> losses_;

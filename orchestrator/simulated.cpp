@@ -95,8 +95,15 @@ struct Finished {
       }
       teller.report(report);
     }
+    if (outcome.end.ending == Ending::nobody_left) teller.rest(trace.last_round);
   }
 };
+
+Ending ending_of(const Experiment& experiment, const Trace& trace, bool ended_early, const Watch& watch) {
+  if (ended_early) return watch.interrupted() ? Ending::signal : Ending::deadline;
+  if (trace.converged) return Ending::stop_rule;
+  return trace.last_round < experiment.rounds ? Ending::nobody_left : Ending::last_round;
+}
 
 /// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so.
 template <class Each, class Ended>
@@ -115,6 +122,8 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
   finished.outcome.job = job;
   finished.outcome.trace = simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink);
   finished.outcome.seconds = round_zero ? seconds_since(*round_zero) : 0.0;
+  const Trace& trace = finished.outcome.trace;
+  finished.outcome.end = {ending_of(experiment, trace, finished.ended_early, watch), agents_by_plan(experiment, trace.last_round)};
   return finished;
 }
 
@@ -123,6 +132,7 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
+  if (finished.outcome.end.ending == Ending::nobody_left) teller.rest(finished.outcome.trace.last_round);
   observer.run_ends(finished.outcome);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
   return {finished.began_seconds, finished.outcome.seconds};

@@ -4,13 +4,20 @@
 
 #include <sqlite3.h>
 
+#include <cstring>
+
 namespace consort {
 namespace {
 
-[[noreturn]] void fail(sqlite3* connection, std::string_view doing) {
+/// `doing`: for a person, so not in SQL.
+[[noreturn]] void fail(sqlite3* connection, std::string_view doing = "") {
   const char* file = connection != nullptr ? sqlite3_db_filename(connection, "main") : nullptr;
-  throw RunError("record " + std::string(file != nullptr ? file : "") + ": " + std::string(doing) + ": " +
-                 (connection != nullptr ? sqlite3_errmsg(connection) : "out of memory"));
+  std::string text = "record " + std::string(file != nullptr ? file : "") + ": " + std::string(doing) + (doing.empty() ? "" : ": ") +
+                     (connection != nullptr ? sqlite3_errmsg(connection) : "out of memory");
+  const int reason = connection != nullptr ? sqlite3_system_errno(connection) : 0;
+  const int code = connection != nullptr ? sqlite3_errcode(connection) : SQLITE_NOMEM;
+  if (reason != 0 && (code == SQLITE_IOERR || code == SQLITE_FULL)) text += std::string(" (") + std::strerror(reason) + ")";
+  throw RunError(text);
 }
 
 void require(int code, sqlite3_stmt* statement, std::string_view doing) {
@@ -35,7 +42,7 @@ void Statement::bind(int parameter, std::string_view text) {
 
 bool Statement::step() {
   const int code = sqlite3_step(statement_.get());
-  if (code != SQLITE_ROW && code != SQLITE_DONE) fail(sqlite3_db_handle(statement_.get()), sqlite3_sql(statement_.get()));
+  if (code != SQLITE_ROW && code != SQLITE_DONE) fail(sqlite3_db_handle(statement_.get()));
   return code == SQLITE_ROW;
 }
 
@@ -70,13 +77,13 @@ Database::Database(const std::filesystem::path& file, Open how) {
 }
 
 void Database::run(const std::string& sql) {
-  if (sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail(connection_.get(), sql);
+  if (sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail(connection_.get());
 }
 
 Statement Database::prepare(const std::string& sql) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v2(connection_.get(), sql.c_str(), static_cast<int>(sql.size()), &statement, nullptr) != SQLITE_OK)
-    fail(connection_.get(), sql);
+    fail(connection_.get());
   Statement result;
   result.statement_.reset(statement);
   return result;

@@ -194,6 +194,8 @@ std::string verdict(const Summary& summary, Tone& tone) {
     case Exit::interrupted:
     case Exit::terminated:
       return "INTERRUPTED";
+    case Exit::run_failed:
+      return summary.ending == Ending::out_of_time ? "INCOMPLETE" : "FAILED";
     default:
       return "FAILED";
   }
@@ -220,12 +222,15 @@ std::string criteria(const Summary& summary, const TextStyle& style) {
   std::size_t width = 0;
   for (const auto& criterion : summary.criteria) width = std::max(width, number(criterion.value).size());
   for (const auto& criterion : summary.criteria) {
-    const std::string mark = style.unicode ? (criterion.met ? "✓" : "✗") : (criterion.met ? "met    " : "NOT met");
+    const std::string mark = !summary.complete ? (style.unicode ? "?" : "open   ")
+                             : style.unicode   ? (criterion.met ? "✓" : "✗")
+                                               : (criterion.met ? "met    " : "NOT met");
+    const Tone tone = !summary.complete ? Tone::plain : criterion.met ? Tone::good : Tone::bad;
     const std::string value = padded(number(criterion.value), width);
     const std::size_t margin = kIndent + shown_width(mark) + 1 + width + 2;
     const std::size_t room = std::max<std::size_t>(style.width, margin + 20) - margin;
     const auto lines = wrapped(criterion.text, room);
-    out += fmt::format("  {} {}  {}\n", toned(mark, criterion.met ? Tone::good : Tone::bad, style), value, lines.front());
+    out += fmt::format("  {} {}  {}\n", toned(mark, tone, style), value, lines.front());
     for (std::size_t i = 1; i < lines.size(); ++i) out += std::string(margin, ' ') + lines[i] + "\n";
     if (criterion.metrics.size() < 2) continue;  // the value says it
     std::string values;
@@ -253,6 +258,13 @@ std::string diverged(const Summary& summary, const TextStyle& style) {
       out += fmt::format("  {}\n", toned(line, Tone::bad, style));
   }
   return out.empty() ? out : out + "\n";
+}
+
+std::string paragraph(const std::string& text, Tone tone, const TextStyle& style) {
+  std::string out;
+  for (const std::string& line : wrapped(text, std::max<std::size_t>(style.width, 40) - kIndent))
+    out += fmt::format("  {}\n", toned(line, tone, style));
+  return out;
 }
 
 }  // namespace
@@ -287,6 +299,8 @@ std::string render(const Summary& summary, const TextStyle& style) {
   // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
   if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated)
     out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));
+  if (!summary.complete) out += paragraph("INCOMPLETE: " + summary.incomplete, Tone::bad, style);
+  for (const std::string& line : told(summary.ends)) out += paragraph(line, Tone::plain, style);
   out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash),
                                      Tone::faint, style));
   out += fmt::format("  {}\n", summary.output.string());

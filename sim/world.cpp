@@ -2,6 +2,7 @@
 
 #include "core/announcements.hpp"
 #include "core/mailbox.hpp"
+#include "sim/last_round.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -306,13 +307,23 @@ std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
   return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
 }
 
+Round last_round(const Experiment& experiment) {
+  if (experiment.presence.size() < experiment.agents) return experiment.rounds;
+  Round last = 0;
+  for (const auto& [agent, presence] : experiment.presence)
+    for (const Attendance& stay : presence.stays())
+      if (stay.from <= experiment.rounds) last = std::max(last, stay.until);
+  return std::min(last, experiment.rounds);
+}
+
 Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
   World world(experiment, protocol, run_seed);
   Trace trace = world.empty_trace();
-  StopRule stop(experiment.rounds, experiment.convergence);
+  const Round last = last_round(experiment);
+  StopRule stop(last, experiment.convergence);
   const Round interval = experiment.report_interval();
   for (Round k = 0;; ++k) {
-    if (k % interval == 0 || k == experiment.rounds) {
+    if (k % interval == 0 || k == last) {
       const RoundReport report = world.report(k);
       trace.add(report);
       const bool over = stop.ends(report.k, [&] { return deviation(trace, report); });

@@ -87,5 +87,13 @@ TEST(StopRule, MayConvergeInTheFirstAndInTheLastReport) {
   EXPECT_FALSE(never.converged());
 }
 
+TEST(Disagreement, OfNobodyIsNoNumber) {
+  const std::vector<double> nobody(3, kAbsent), one{kAbsent, 4.0, kAbsent};
+  EXPECT_TRUE(std::isnan(disagreement(nobody, 3, 1)));
+  EXPECT_TRUE(std::isnan(disagreement(std::span(nobody).first(1), 1, 1)));
+  EXPECT_EQ(disagreement(one, 3, 1), 0.0);
+  EXPECT_EQ(disagreement(std::span(one).subspan(1, 1), 1, 1), 0.0);
+}
+
 }  // namespace
 }  // namespace consort

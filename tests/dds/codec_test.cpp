@@ -164,8 +164,11 @@ TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   EXPECT_EQ(present.agents, presence.agents);
   EXPECT_EQ(present.waiting_for, presence.waiting_for);
   EXPECT_EQ(present.note, std::string(511, 'n')) << "a note is cut, not refused";
-  Telemetry telemetry{
-      3, 4, true, {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {0.5, kAbsent}}}, {{{AgentId{1}, AgentId{3}}, 8, 9}}};
+  Telemetry telemetry{3,
+                      4,
+                      true,
+                      {{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {0.5, kAbsent}, 9}},
+                      {{{AgentId{1}, AgentId{3}}, 8, 9}}};
   const Telemetry told = decode(encode(telemetry, arena));
   ASSERT_EQ(told.members.size(), 1u);
   EXPECT_EQ(told.members[0].rounds, telemetry.members[0].rounds);
@@ -175,6 +178,7 @@ TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   EXPECT_TRUE(is_absent(told.members[0].recorded[1]));
   EXPECT_EQ(told.members[0].hashes, telemetry.members[0].hashes);
   EXPECT_EQ(told.members[0].counters[1].lost, 6u);
+  EXPECT_EQ(told.members[0].slept, 9u);
   ASSERT_EQ(told.links.size(), 1u);
   EXPECT_EQ(told.links[0].lost, 9u);
   const std::vector<double> values{1.0, -0.0};
@@ -260,7 +264,7 @@ TEST(Codec, RefusesOtherSamplesThatBreakABound) {
   information.sender = 0;
   EXPECT_THROW(decode(information), Rejected);
 
-  const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}};
+  const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, 9};
   auto telemetry = encode(Telemetry{3, 4, false, {report}, {}}, arena);
   telemetry.members._buffer[0].hashes._length = 1;
   EXPECT_THROW(decode(telemetry), Rejected);

@@ -87,5 +87,46 @@ TEST(Collector, HandsOnWhatIsRecordedBesideTheEstimatesAndItIsAbsentWithItsAgent
   for (std::size_t i = 3; i < 6; ++i) EXPECT_TRUE(is_absent(recorded[1][i])) << i;
 }
 
+TEST(Collector, RoundsInWhichNobodyIsThereComeOfThemselves) {
+  Attendance away;  // everybody is, over rounds 4 to 7
+  away.until = 4;
+  away.again = {{8}};
+  Collector collector(2, 2, 10, 2, 0, {{AgentId{1}, away}, {AgentId{2}, away}});
+  const auto rounds = [&] {
+    std::vector<std::pair<Round, bool>> handed;
+    collector.hand_on([&](const RoundReport& report) {
+      handed.emplace_back(report.k, is_absent(report.estimates[0]));
+      return true;
+    });
+    return handed;
+  };
+  using Handed = std::vector<std::pair<Round, bool>>;
+  collector.add(report_of(1, {0, 2, 4}));
+  EXPECT_EQ(rounds(), Handed{});
+  collector.add(report_of(2, {0, 2, 4}));
+  EXPECT_EQ(rounds(), (Handed{{0, false}, {2, false}, {4, true}, {6, true}}));
+  collector.add(report_of(1, {8, 10}));
+  collector.add(report_of(2, {8, 10}));
+  EXPECT_EQ(rounds(), (Handed{{8, false}, {10, false}}));
+}
+
+TEST(Collector, KnowsHowFarEachCameAndWhatItSlept) {
+  Attendance twice;
+  twice.until = 4;
+  twice.again = {{6}};
+  Collector collector(2, 2, 10, 2, 0, {{AgentId{2}, twice}});
+  wire::MemberReport first = report_of(2, {0, 2, 4}), second = report_of(2, {6, 8});
+  first.slept = 3;
+  second.slept = 1;
+  collector.add(first);
+  collector.add(report_of(1, {0, 12}));
+  EXPECT_EQ(collector.reached(AgentId{1}), 0u) << "round 12 is none of the run";
+  EXPECT_EQ(collector.reached(AgentId{2}), 4u);
+  collector.add(second);
+  EXPECT_EQ(collector.reached(AgentId{2}), 8u);
+  EXPECT_EQ(collector.slept(AgentId{2}), 3u + 1u) << "of both stays";
+  EXPECT_EQ(collector.slept(AgentId{1}), 0u);
+}
+
 }  // namespace
 }  // namespace consort

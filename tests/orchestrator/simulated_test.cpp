@@ -160,5 +160,55 @@ TEST(RunSimulated, LinkEventsAreTold) {
   EXPECT_EQ(witness.calls, (std::vector<std::string>{"begin", "report", "cut 1 -> 2, 2 -> 1", "report", "heal 1 -> 2", "report", "end"}));
 }
 
+/// Everybody there until round 20.
+Experiment deserted(std::size_t runs) {
+  Experiment experiment = ring_experiment(runs);
+  Attendance until_20;
+  until_20.until = 20;
+  for (std::size_t i = 0; i < 5; ++i) experiment.presence[agent_at(i)] = until_20;
+  return experiment;
+}
+
+TEST(Simulated, EndsWhenTheLastAgentIsGoneAndNoneWillCome) {
+  for (const std::size_t runs : {1u, 3u}) {
+    Witness witness;
+    run_simulated(deserted(runs), {}, witness);
+    ASSERT_EQ(witness.outcomes.size(), runs);
+    for (const JobOutcome& outcome : witness.outcomes) {
+      EXPECT_EQ(outcome.trace.last_round, 20u);
+      EXPECT_EQ(outcome.end.ending, Ending::nobody_left);
+      EXPECT_TRUE(is_absent(outcome.trace.final_estimate(AgentId{1})[0]));
+    }
+    EXPECT_TRUE(std::find(witness.calls.begin(), witness.calls.end(), "leave agent 5") != witness.calls.end()) << "what ends it is told";
+  }
+}
+
+TEST(Simulated, NobodyConvergesWhereNobodyIs) {
+  Experiment experiment = deserted(1);
+  for (auto& [agent, presence] : experiment.presence) presence.again = {{40}};
+  experiment.convergence = Convergence{1e-30, 5};
+  Witness witness;
+  run_simulated(experiment, {}, witness);
+  EXPECT_EQ(witness.outcomes.at(0).trace.last_round, 50u) << "they come back in round 40";
+  EXPECT_EQ(witness.outcomes.at(0).end.ending, Ending::last_round);
+}
+
+TEST(Simulated, AStopRuleThatHeldIsACompleteRunAndADeadlineIsNot) {
+  Experiment experiment = ring_experiment(1);
+  experiment.convergence = Convergence{1e9, 1};
+  Witness held;
+  run_simulated(experiment, {}, held);
+  EXPECT_EQ(held.outcomes.at(0).end.ending, Ending::stop_rule);
+  EXPECT_TRUE(completeness(held.outcomes[0].end, held.outcomes[0].trace.last_round, 50).complete);
+
+  experiment.convergence.reset();
+  experiment.deadline = 0.0;
+  Witness late;
+  EXPECT_THROW(run_simulated(experiment, {}, late), TimeoutError);
+  ASSERT_EQ(late.outcomes.size(), 1u);
+  EXPECT_EQ(late.outcomes[0].end.ending, Ending::deadline);
+  EXPECT_EQ(completeness(late.outcomes[0].end, late.outcomes[0].trace.last_round, 50).missing.size(), 5u);
+}
+
 }  // namespace
 }  // namespace consort

@@ -47,13 +47,14 @@ struct Command {
   [[nodiscard]] nlohmann::json summary() const { return nlohmann::json::parse(text_of(folder.path() / "result" / "summary.json")); }
   /// Rounds are being recorded.
   [[nodiscard]] bool goes_on() const { return estimates() > 0; }
-  [[nodiscard]] long estimates() const {
+  [[nodiscard]] long estimates() const { return rows_of("estimates"); }
+  [[nodiscard]] long rows_of(const std::string& table) const {
     sqlite3* database = nullptr;
     long rows = -1;
     const std::string file = output() + "/record.sqlite";
     if (std::filesystem::exists(file) && sqlite3_open_v2(file.c_str(), &database, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
       sqlite3_stmt* statement = nullptr;
-      if (sqlite3_prepare_v2(database, "SELECT count(*) FROM estimates", -1, &statement, nullptr) == SQLITE_OK &&
+      if (sqlite3_prepare_v2(database, ("SELECT count(*) FROM " + table).c_str(), -1, &statement, nullptr) == SQLITE_OK &&
           sqlite3_step(statement) == SQLITE_ROW) {
         rows = sqlite3_column_int(statement, 0);
       }
@@ -93,6 +94,9 @@ TEST(Faults, SignalsEndARunCleanlyWithItsRecordIntact) {
     expect_none_left(children, 5);
     EXPECT_GT(run.estimates(), 0);
     EXPECT_EQ(run.summary().at("exit"), code);
+    EXPECT_EQ(run.summary().at("complete"), false);
+    EXPECT_EQ(run.summary().at("ending"), "signal");
+    EXPECT_NE(run.program->out().find("INCOMPLETE"), std::string::npos) << run.program->out();
   }
 }
 
@@ -113,6 +117,10 @@ TEST(Faults, AKilledAgentEndsTheRunNamingAgentSignalAndLog) {
   EXPECT_EQ(run.summary().at("exit"), 3);
   EXPECT_NE(run.summary().at("error").get<std::string>().find("SIGKILL"), std::string::npos);
   EXPECT_GT(run.estimates(), 0);
+  EXPECT_EQ(run.summary().at("complete"), false);
+  // The survivors have told of their links and of themselves.
+  EXPECT_EQ(run.rows_of("processes"), 5);
+  EXPECT_EQ(run.rows_of("links"), 10) << "the two into the dead one are unknown";
 }
 
 TEST(Faults, AKilledAgentIsGivenUpWhereTheFileSaysContinue) {
@@ -151,6 +159,9 @@ TEST(Faults, AfterAnUnplannedLossTheRestComesToTheLastRound) {
   EXPECT_EQ(run.program->wait(), 0) << run.program->err();
   EXPECT_EQ(run.summary().at("rounds"), 200'000);
   EXPECT_EQ(run.summary().at("exit"), 0);
+  EXPECT_EQ(run.summary().at("complete"), true) << "who was given up makes no run incomplete, but is named";
+  EXPECT_EQ(run.summary().at("agents").dump().find("given_up") == std::string::npos, false) << run.summary().at("agents");
+  EXPECT_NE(run.program->out().find("given up after round"), std::string::npos) << run.program->out();
   expect_none_left(children, 5);
 }
 

@@ -23,6 +23,11 @@ links: {loss: 0.2, overrides: [{edge: 2 -> 3, delay_rounds: 3}]}
                           "events.yaml", ".");
 }
 
+/// The same for fewer agents.
+Experiment small_case_of(const std::string& more) {
+  return parse_experiment("experiment: few\nseed: 9\nrounds: 300\ndt: 0.05\nlinks: {loss: 0.2}\n" + more, "few.yaml", ".");
+}
+
 /// Four integrators and a plant; agent 3 dies and comes back.
 constexpr const char* kTeam = R"(
 agents: {count: 5, protocol: local_voting, initial: {x: 0}}
@@ -83,6 +88,44 @@ plant: {model: {name: linear, A: [[-0.1]]}, initial: {x: {uniform: [-1, 1]}}, co
     Experiment experiment = case_of(team + events);
     if (team == kObservers) experiment.dt = 0.001;
     expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
+  }
+}
+
+TEST(ProcessEvents, TheRunEndsWhenTheLastOneIsGoneAndNoneWillCome) {
+  const std::string plant = "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
+  for (const std::string& text : {std::string("agents: {count: 4, protocol: local_voting, initial: {x: [0, 1, 2, 3]}}\ntopology: complete\n"
+                                              "events: [{round: 50, leave: 1}, {round: 50, leave: 2}, {round: 50, leave: 3}, "
+                                              "{round: 50, leave: 4}]\n"),
+                                  std::string("agents: {count: 1, protocol: local_voting, initial: {x: 1}}\n"
+                                              "topology: {edges: []}\nevents: [{round: 50, kill: 1}]\n"),
+                                  "agents: {count: 2, protocol: local_voting, initial: {x: 0}}\ntopology: complete\n"
+                                  "events: [{round: 20, kill: 1}, {round: 50, leave: 2}]\n" +
+                                      plant}) {
+    SCOPED_TRACE(text);
+    const Experiment experiment = small_case_of(text);
+    Keeper keeper;
+    const auto outcome = run_over_dds(experiment, nullptr, &keeper);
+    expect_same_traces(outcome, run_in_simulation(experiment));
+    EXPECT_EQ(outcome.at(0).trace.last_round, 50u);
+    EXPECT_EQ(outcome.at(0).end.ending, Ending::nobody_left);
+    EXPECT_TRUE(std::any_of(keeper.events.begin(), keeper.events.end(), [](const std::string& event) {
+      return event.starts_with("leave: ") || event.starts_with("kill: ");
+    })) << "what ends the run is told";
+  }
+}
+
+TEST(ProcessEvents, EverybodyMayBeAwayForAWhile) {
+  for (const char* plant : {"", "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n"}) {
+    SCOPED_TRACE(plant);
+    const Experiment experiment = small_case_of(std::string(R"(
+agents: {count: 2, protocol: local_voting, initial: {x: 0}}
+topology: complete
+events: [{round: 40, leave: 1}, {round: 50, kill: 2}, {round: 90, restart: 2}, {round: 100, join: 1}]
+)") + plant);
+    const auto outcome = run_over_dds(experiment);
+    expect_same_traces(outcome, run_in_simulation(experiment));
+    EXPECT_EQ(outcome.at(0).trace.last_round, 300u);
+    EXPECT_EQ(outcome.at(0).end.ending, Ending::last_round);
   }
 }
 

@@ -139,7 +139,50 @@ events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {
       std::find_if(trace.processes.begin(), trace.processes.end(), [](const Performance& process) { return process.process == 2; });
   ASSERT_NE(straggler, trace.processes.end());
   EXPECT_GE(straggler->missed_deadlines, 20u) << "it slept over fifty rounds";
+  const RunEnd& end = outcome.at(0).end;
+  EXPECT_EQ(end.ending, Ending::last_round);
+  EXPECT_GE(end.agents.at(1).slept, 20u);
+  EXPECT_EQ(end.agents.at(1).reached, 500u);
+  EXPECT_EQ(end.agents.at(4).absence, AgentEnd::Absence::left);
   EXPECT_TRUE(std::any_of(keeper.events.begin(), keeper.events.end(), [](const std::string& event) { return event == "kill: agent 3"; }));
+}
+
+TEST(RealTime, WhoIsAsleepPastTheEndMakesTheRunIncompleteAndIsNamed) {
+  Experiment experiment = case_of(R"(
+rounds: 60
+dt: 0.01
+agents: {count: 3, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
+topology: complete
+)");
+  experiment.faults = {{5, AgentId{2}, Fault::Kind::stop}, {1'000'000, AgentId{2}, Fault::Kind::proceed}};
+  RunOptions options;
+  options.last_reports_seconds = 0.5;
+  const auto outcome = run_over_dds(experiment, nullptr, nullptr, options);
+  ASSERT_EQ(outcome.size(), 1u);
+  const RunEnd& end = outcome[0].end;
+  ASSERT_EQ(end.ending, Ending::out_of_time);
+  EXPECT_LT(end.agents.at(1).reached, 60u);
+  EXPECT_EQ(end.agents.at(1).asked, 60u);
+  const Completeness verdict = completeness(end, outcome[0].trace.last_round, 60);
+  EXPECT_FALSE(verdict.complete);
+  EXPECT_TRUE(std::count(verdict.missing.begin(), verdict.missing.end(), 2u) == 1) << verdict.words;
+  EXPECT_NE(verdict.words.find("agent 2 reached round"), std::string::npos) << verdict.words;
+  EXPECT_EQ(outcome[0].trace.last_round, 60u) << "the others are recorded to the end";
+}
+
+TEST(RealTime, TheRunEndsWhenTheLastOneIsGone) {
+  const auto outcome = run_over_dds(case_of(R"(
+rounds: 100000
+dt: 0.01
+stop: {deadline: 2000 s}
+agents: {count: 2, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
+topology: complete
+events: [{round: 30, kill: 1}, {round: 40, leave: 2}]
+)"));
+  ASSERT_EQ(outcome.size(), 1u);
+  EXPECT_EQ(outcome[0].end.ending, Ending::nobody_left);
+  EXPECT_EQ(outcome[0].trace.last_round, 40u);
+  EXPECT_TRUE(is_absent(outcome[0].trace.final_estimate(AgentId{2})[0]));
 }
 
 TEST(RealTime, ReliableDeliverySendsAgainWhatWasLost) {

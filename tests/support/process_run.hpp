@@ -34,11 +34,11 @@ inline std::string unique_run_name(const std::string& stem) {
 }
 
 /// `watcher`: keeps the events as well.
-inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr, Keeper* watcher = nullptr) {
+inline std::vector<JobOutcome> run_over_dds(const Experiment& experiment, std::string* log = nullptr, Keeper* watcher = nullptr,
+                                            RunOptions options = {}) {
   const Folder logs;
   Keeper own;
   Keeper& keeper = watcher ? *watcher : own;
-  RunOptions options;
   options.run_name = unique_run_name("test");
   options.log_directory = logs.path();
   options.agent_executable = std::filesystem::path(kBinDir) / "consort-agent";
