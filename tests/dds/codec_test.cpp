@@ -264,7 +264,7 @@ TEST(Codec, RefusesOtherSamplesThatBreakABound) {
   information.sender = 0;
   EXPECT_THROW(decode(information), Rejected);
 
-  const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, 9};
+  const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {}, 9};
   auto telemetry = encode(Telemetry{3, 4, false, {report}, {}}, arena);
   telemetry.members._buffer[0].hashes._length = 1;
   EXPECT_THROW(decode(telemetry), Rejected);
