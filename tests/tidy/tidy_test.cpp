@@ -389,6 +389,16 @@ TEST(Documentation, ChangesAreAddedChangedOrFixedInAVersion) {
   for (const std::string& heading : found) EXPECT_TRUE(std::regex_match(heading, form)) << heading;
 }
 
+TEST(Documentation, TheVersionIsTheSameEverywhere) {
+  const auto version_in = [](const std::string& text, const char* form) {
+    std::smatch match;
+    return std::regex_search(text, match, std::regex(form)) ? match[1].str() : "none in " + text.substr(0, 40);
+  };
+  const std::string version = version_in(page("CMakeLists.txt"), R"(project\(consort VERSION (\S+))");
+  EXPECT_EQ(version_in(page("CHANGELOG.md"), R"(\n## (\d\S*))"), version);
+  EXPECT_EQ(version_in(text_in(std::filesystem::path(kSourceDir) / "CITATION.cff"), R"(\nversion: (\S+))"), version);
+}
+
 TEST(Tidy, BlanksCommentsAndLiteralsOnly) {
   EXPECT_EQ(code_of("a(); // rand()\nb(\"rand()\");"), "a();          \nb(        );");
   EXPECT_EQ(code_of("/* x\ny */ c;"), "    \n     c;");
