@@ -228,18 +228,20 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     if (program.hosts_agents) options.ids = to_text(parse_ids("--ids", options.ids));
     const MakeMember make = prepare(options);
     return serve(options, program, make);
-  } catch (const CLI::ExtrasError&) {
+  } catch (const CLI::ParseError& failure) {
+    if (failure.get_exit_code() == 0) {
+      std::ostringstream out, err;
+      app.exit(failure, out, err);
+      streams::put(out.str());
+      return streams::concluded(program.name, static_cast<int>(Exit::ok));
+    }
     std::vector<std::string> known;
     for (const CLI::Option* each : app.get_options())
       for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
-    streams::tell(program.name + (": " + unknown_word("option", app.remaining().front(), known)) + "\n");
+    // An unknown word is named before what is missing: it may stand for that.
+    const std::string error = app.remaining().empty() ? failure.what() : unknown_word("option", app.remaining().front(), known);
+    streams::tell(program.name + (": " + error + "; see `" + program.name + " --help`\n"));
     return static_cast<int>(Exit::bad_input);
-  } catch (const CLI::ParseError& failure) {
-    std::ostringstream out, err;
-    const bool asked = app.exit(failure, out, err) == 0;
-    streams::put(out.str());
-    streams::tell(err.str());
-    return streams::concluded(program.name, static_cast<int>(asked ? Exit::ok : Exit::bad_input));
   } catch (const ConfigError& failure) {
     streams::tell(program.name + (": " + std::string(failure.what())) + "\n");
     return static_cast<int>(Exit::bad_input);

@@ -157,7 +157,7 @@ class TopLevel {
              std::all_of(name.begin(), name.end(),
                          [&letter](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; });
     };
-    if (node.IsScalar() && fits(node.Scalar())) {
+    if (node.IsScalar() && fits(node.Scalar()) && !plain_switch(node)) {
       out_.name = node.Scalar();
     } else {
       mistakes_.add(node, fmt::format("experiment: found {}; allowed: a name of letters, digits, '_' and '-' that begins with a letter, "

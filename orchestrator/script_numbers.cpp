@@ -44,6 +44,11 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
       const auto value = first == std::string::npos ? std::nullopt : finite_number(text.substr(first, last - first + 1));
       if (!value) mistakes.add(file.string(), number, start + 1, fmt::format("found '{}'; allowed: a finite number", shown(text)));
       row.push_back(value.value_or(0.0));
+      if (row.size() > kMostComponents) {
+        mistakes.add(file.string(), number, start + 1,
+                     fmt::format("found more than {0} numbers in a line; allowed: at most {0}", kMostComponents));
+        return std::nullopt;
+      }
       start = comma + 1;
     }
     list.values.push_back(Eigen::Map<const Vector>(row.data(), static_cast<Eigen::Index>(row.size())));

@@ -147,8 +147,9 @@ std::optional<std::uint64_t> read_whole(Mistakes& mistakes, const YAML::Node& no
 }
 
 std::optional<std::string> read_text(Mistakes& mistakes, const YAML::Node& node, const std::string& what) {
-  if (node.IsScalar() && !node.Scalar().empty()) return node.Scalar();
-  mistakes.add(node, fmt::format("{}: found {}; allowed: text", what, describe(node)));
+  const bool quotes = plain_number(node) || plain_switch(node);
+  if (node.IsScalar() && !node.Scalar().empty() && !quotes) return node.Scalar();
+  mistakes.add(node, fmt::format("{}: found {}; allowed: text{}", what, describe(node), quotes ? ", in quotes" : ""));
   return std::nullopt;
 }
 

@@ -295,6 +295,14 @@ TEST_F(Cli, TheThreeProgramsTellTheirVersionAlike) {
   for (const char* part : {"commit ", "Cyclone DDS 0.", "Eigen 3."}) expect_contains(told[0], part);
 }
 
+TEST_F(Cli, ProgramsStartedByHandNameTheWordTheyDoNotKnow) {
+  const std::string file = (streams_.path() / "hand").string(), program = std::string(kBinDir) + "/consort-plant ";
+  ASSERT_EQ(WEXITSTATUS(std::system((program + "--rnu demo 2>" + file).c_str())), 2);
+  EXPECT_EQ(text_of(file).find("consort-plant: unknown option '--rnu'"), 0u) << text_of(file);
+  ASSERT_EQ(WEXITSTATUS(std::system((program + "2>" + file).c_str())), 2);
+  EXPECT_EQ(text_of(file), "consort-plant: --run is required; see `consort-plant --help`\n");
+}
+
 TEST_F(Cli, MemoryThatCannotBeHadIsSaidAndExitsTwo) {
   write("huge.yaml",
         "experiment: huge\nmode: simulate\nagents: {count: 100000, protocol: local_voting, initial: {x: 1}}\ntopology: complete\n");

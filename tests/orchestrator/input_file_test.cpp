@@ -70,6 +70,13 @@ TEST(InputFile, ExperimentsAndTheirDataFilesAreReadWithinBounds) {
                                                  "4\n5\n";
   EXPECT_EQ(told("marked.csv"), "");
   std::ofstream(folder.path() / "nul.csv") << "4\n5" << '\0' << "\n";
+  std::ofstream(folder.path() / "wide.csv") << [] {
+    std::string line = "1";
+    for (int i = 0; i < 20'000; ++i) line += ",1";
+    return line + "\n2\n";
+  }();
+  EXPECT_EQ(told("wide.csv"),
+            (folder.path() / "wide.csv").string() + ":1:20001: found more than 10000 numbers in a line; allowed: at most 10000");
   EXPECT_EQ(told("nul.csv"), (folder.path() / "nul.csv").string() + ":2:1: found '5\\x00'; allowed: a finite number");
   std::ofstream(folder.path() / "many.csv") << [] {
     std::string text;

@@ -79,6 +79,16 @@ TEST(Document, TabsAndFalseSpacesAreNamedAtTheirPlace) {
   EXPECT_EQ(refusal_of("# \u00a0\t\n" + kHead + "rounds:\t5\t# and tabs after it\n"), "") << "a comment may hold them";
 }
 
+TEST(Document, WhereTextBelongsANumberIsAskedForInQuotes) {
+  EXPECT_EQ(refusal_of(kHead + "criteria: [disagreement < 0,000001]\n"), "e.yaml:4:29: criteria[1]: found 000001; allowed: text, in quotes")
+      << "a comma that parts two entries";
+  EXPECT_EQ(refusal_of(kHead + "criteria: [true]\n"), "e.yaml:4:12: criteria[0]: found true; allowed: text, in quotes");
+  EXPECT_EQ(refusal_of(kHead + "criteria: ['1']\n").find("e.yaml:4:12: criteria[0]: criterion: found '1'"), 0u);
+  EXPECT_EQ(refusal_of("experiment: true\nagents: {count: 4, protocol: local_voting, initial: {x: 0}}\ntopology: ring\n")
+                .find("e.yaml:1:13: experiment: found true; allowed: a name of letters"),
+            0u);
+}
+
 TEST(Document, ControlCharactersAreRefusedAtTheirPlace) {
   EXPECT_EQ(refusal_of(kHead + "rounds: 5" + std::string(1, '\0') + "\n"),
             "e.yaml:4:10: found the control character U+0000; allowed: text");
