@@ -161,7 +161,7 @@ struct MemberReport {
   std::vector<std::uint64_t> hashes;
   std::vector<AgentCounters> counters;
   std::vector<double> recorded = {};  ///< what is recorded beside the estimates
-  std::uint64_t slept = 0;  ///< real time: rounds of this stay that it has left out so far
+  std::uint64_t slept = 0;            ///< real time: rounds of this stay that it has left out so far
 };
 struct LinkReport {
   Edge edge;

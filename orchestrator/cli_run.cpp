@@ -12,6 +12,7 @@
 #include "orchestrator/results.hpp"
 #include "orchestrator/script.hpp"
 #include "orchestrator/table.hpp"
+#include "sim/last_round.hpp"
 
 #include <fmt/format.h>
 #include <sys/random.h>
@@ -247,12 +248,13 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
 }
 
 void RunVerb::check_options() const {
-  if (const double needed = experiment_.rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
+  const Round rounds = last_round(experiment_);
+  if (const double needed = rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
     throw ConfigError(
         fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; "
                     "allowed: "
                     "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
-                    experiment_.rounds, experiment_.dt, needed, experiment_.deadline));
+                    rounds, experiment_.dt, needed, experiment_.deadline));
   const bool struck_outside = std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
     return std::find(external_.begin(), external_.end(), fault.agent.value) != external_.end();
   });

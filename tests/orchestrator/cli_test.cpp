@@ -89,6 +89,21 @@ void expect_contains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "no '" << part << "' in:\n" << text;
 }
 
+TEST_F(Cli, RunThatEverybodyLeavesEndsWithThemAndMeetsNoCriterionOnThem) {
+  const std::string leaving = "events: [{round: 50, leave: [1, 2, 3]}, {round: 60, kill: [4, 5]}]\n";
+  write_ring(leaving);
+  Answer answer = consort({"run", "ring.yaml", "--json", "--output", "without"});
+  EXPECT_EQ(answer.code, 0) << answer.err;
+  nlohmann::json summary = nlohmann::json::parse(answer.out);
+  EXPECT_EQ(summary["rounds"], 60);
+  EXPECT_EQ(summary["complete"], true);
+  EXPECT_TRUE(summary["metrics"]["consensus_value"].is_null()) << summary["metrics"];
+  write_ring(leaving + "criteria: [\"disagreement < 1e9\"]\n");
+  answer = consort({"run", "ring.yaml", "--json", "--output", "with"});
+  EXPECT_EQ(answer.code, 1) << answer.err;
+  EXPECT_EQ(nlohmann::json::parse(answer.out)["criteria"][0]["met"], false);
+}
+
 TEST_F(Cli, RunPrintsTheTableAndFillsAFolder) {
   write_ring("criteria: [\"disagreement < 1e-6\", \"abs(bias) < 1e-9\"]\n");
   const Answer answer = consort({"run", "ring.yaml"});
