@@ -36,8 +36,10 @@ bool RunMember::meet_run(Lock& lock) {
     objected = objection.empty() ? Clock::time_point::max() : std::min(objected, Clock::now());
     if (!objection.empty() && Clock::now() - objected > kSecondThought) throw RunError(objection);
     if (meeting_.wait > 0.0 && Clock::now() - begin > std::chrono::duration<double>(meeting_.wait))
-      throw TimeoutError("met nobody in " + seconds() + "; looked for " + meeting_.sought +
-                         ": do name, domain and interface agree with what `consort run` has printed? (--wait: how long to look)");
+      throw TimeoutError(
+          "met nobody in " + seconds() + "; looked for " + meeting_.sought +
+          ": do name, domain and interface agree with what `consort run --external` has printed? (--wait: how long to look; a run without "
+          "--external meets nobody from outside)");
     if (Clock::now() - told > kTellEvery) {
       told = Clock::now();
       tell("has met nobody for " + seconds() + "; looks for " + meeting_.sought);

@@ -7,6 +7,7 @@
 #include "core/option_text.hpp"
 #include "idl/dds_log.hpp"
 #include "idl/trust.hpp"
+#include "io/interfaces.hpp"
 #include "io/standard_streams.hpp"
 
 #include <dds/dds.hpp>
@@ -226,6 +227,7 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     expect_build(options.build);
     die_with(options.orchestrator);
     if (program.hosts_agents) options.ids = to_text(parse_ids("--ids", options.ids));
+    if (const std::string refusal = interface_refusal(options.interface); !refusal.empty()) throw ConfigError("--interface: " + refusal);
     const MakeMember make = prepare(options);
     return serve(options, program, make);
   } catch (const CLI::ParseError& failure) {

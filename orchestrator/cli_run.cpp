@@ -7,6 +7,7 @@
 #include "orchestrator/dds_configuration.hpp"
 #include "orchestrator/findings.hpp"
 #include "orchestrator/host.hpp"
+#include "orchestrator/placement.hpp"
 #include "orchestrator/progress.hpp"
 #include "orchestrator/record.hpp"
 #include "orchestrator/results.hpp"
@@ -318,18 +319,38 @@ bool estimates(const Experiment& experiment) {
                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
 }
 
-/// What to enter for each process that is not started here.
-std::vector<std::string> commands_by_hand(const RunOptions& options) {
+/// As one word of a shell's line.
+std::string shell_word(const std::string& text) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:/@%+=,";
+  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
+  return word + "'";
+}
+
+/// What to enter for each process that is not started here, as it stands.
+std::vector<std::string> commands_by_hand(const Experiment& experiment, const RunOptions& options) {
+  constexpr std::size_t kMost = 20;
   std::vector<std::string> lines;
-  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", options.run_name, options.domain,
+  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", shell_word(options.run_name), options.domain,
                                          options.interface == "lo" ? "" : " --interface " + options.interface, kWaitByHand);
-  if (options.external_plant)
-    lines.push_back(fmt::format("waiting for the plant: {}={} consort-plant {}", kRunKeyVariable, options.key, common));
+  const std::string key = fmt::format("{}={}", kRunKeyVariable, shell_word(options.key));
+  if (options.external_plant) lines.push_back(fmt::format("waiting for the plant: {} consort-plant {}", key, common));
   if (options.external.empty()) return lines;
-  std::vector<std::uint32_t> ids;
-  for (const AgentId agent : options.external) ids.push_back(agent.value);
-  lines.push_back(fmt::format("waiting for agent{} {}: {}={} consort-agent --id ID {}", ids.size() == 1 ? "" : "s", to_text(ids),
-                              kRunKeyVariable, options.key, common));
+  std::size_t processes = 0;
+  std::string others;
+  for (const ProcessPlan& process : place(experiment).processes) {
+    if (!options.by_hand(process.agents)) continue;
+    std::vector<std::uint32_t> ids;
+    for (const AgentId agent : process.agents) ids.push_back(agent.value);
+    const std::string text = to_text(ids);
+    if (++processes <= kMost)
+      lines.push_back(
+          fmt::format("waiting for agent{} {}: {} consort-agent --ids {} {}", ids.size() == 1 ? "" : "s", text, key, text, common));
+    else
+      others += (others.empty() ? "" : ", ") + ("--ids " + text);
+  }
+  if (!others.empty()) lines.push_back(fmt::format("waiting for {} more, likewise: {}", processes - kMost, others));
   return lines;
 }
 
@@ -356,7 +377,7 @@ Exit RunVerb::execute() {
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
   const RunOptions run_options = options();
-  for (const std::string& line : commands_by_hand(run_options)) scribe_->note(line);
+  for (const std::string& line : commands_by_hand(experiment_, run_options)) scribe_->note(line);
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();

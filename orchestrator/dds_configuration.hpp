@@ -1,7 +1,7 @@
 #pragma once
 /// The user's own DDS configuration (CYCLONEDDS_URI), which wins over that of a run: what in it keeps a run from working.
 
-#include "orchestrator/interfaces.hpp"
+#include "io/interfaces.hpp"
 
 #include <string>
 #include <vector>

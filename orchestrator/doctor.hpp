@@ -1,7 +1,7 @@
 #pragma once
 /// Is this host fit for runs of up to a thousand agent processes? Each check says what it found and the exact command that mends it.
 
-#include "orchestrator/interfaces.hpp"
+#include "io/interfaces.hpp"
 #include "orchestrator/terminal.hpp"
 
 #include <sys/types.h>

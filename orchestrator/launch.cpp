@@ -1,6 +1,7 @@
 #include "orchestrator/launch.hpp"
 
 #include "core/errors.hpp"
+#include "core/random.hpp"
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -11,6 +12,7 @@
 #include <sys/personality.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,9 +20,11 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstddef>
 #include <cstring>
 #include <deque>
 #include <fstream>
+#include <utility>
 
 namespace consort {
 namespace {
@@ -248,6 +252,35 @@ bool DomainShare::with_others() const {
 
 DomainShare::~DomainShare() {
   if (lock_ >= 0) close(lock_);
+}
+
+/// A socket in the abstract name space: the kernel forgets it with the process, and it reaches as far as the loopback interface does.
+SoleRun::SoleRun(const std::string& name, const std::string& key, unsigned domain) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string path = "consort-run-" + std::to_string(Purpose(std::to_string(domain) + " " + name + " " + key).hash);
+  path.copy(address.sun_path + 1, sizeof address.sun_path - 1);
+  const auto* where = reinterpret_cast<const sockaddr*>(&address);
+  const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + path.size());
+  socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket_ < 0) return;
+  if (bind(socket_, where, length) == 0) {
+    listen(socket_, 1);
+    return;
+  }
+  const bool taken = errno == EADDRINUSE;
+  ucred other{};
+  socklen_t size = sizeof other;
+  const bool known = taken && connect(socket_, where, length) == 0 && getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &other, &size) == 0;
+  close(std::exchange(socket_, -1));
+  if (taken)
+    throw ConfigError("--name: found " + name + ", as which a run with the same key goes on in DDS domain " + std::to_string(domain) +
+                      " on this host" + (known ? ", pid " + std::to_string(other.pid) : std::string()) +
+                      "; allowed: another --name, or to wait for its end");
+}
+
+SoleRun::~SoleRun() {
+  if (socket_ >= 0) close(socket_);
 }
 
 }  // namespace consort

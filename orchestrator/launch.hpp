@@ -89,4 +89,17 @@ class DomainShare {
   int lock_ = -1;
 };
 
+/// What tells runs of one name, key and domain apart on a host: there is one of them at a time. Their processes would take part in both.
+class SoleRun {
+ public:
+  /// Throws ConfigError that names the other one's pid.
+  SoleRun(const std::string& name, const std::string& key, unsigned domain);
+  ~SoleRun();
+  SoleRun(const SoleRun&) = delete;
+  SoleRun& operator=(const SoleRun&) = delete;
+
+ private:
+  int socket_ = -1;
+};
+
 }  // namespace consort

@@ -130,7 +130,10 @@ std::string record_schema(Seconds dt) { return fmt::format(fmt::runtime(kTables)
 int record_format(Database& database, const std::string& file) {
   Statement version = database.prepare("PRAGMA user_version");
   const std::int64_t format = version.step() ? version.integer(0) : 0;
-  if (format < 1) throw ConfigError(fmt::format("{}: is no record of consort; allowed: the record.sqlite of an output folder", file));
+  Statement tables = database.prepare("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('runs', 'estimates')");
+  const bool ours = format > kRecordFormat || (tables.step() && tables.integer(0) == 2);  // a newer one may have others
+  if (format < 1 || !ours)
+    throw ConfigError(fmt::format("{}: is no record of consort; allowed: the record.sqlite of an output folder", file));
   if (format > kRecordFormat)
     throw ConfigError(
         fmt::format("{}: found a record of format {}, written by a newer consort; allowed: up to {}, the newest that this one reads", file,

@@ -489,6 +489,11 @@ class JobRun {
 
 }  // namespace
 
+bool RunOptions::by_hand(std::span<const AgentId> hosted) const {
+  return std::any_of(hosted.begin(), hosted.end(),
+                     [&](AgentId agent) { return std::find(external.begin(), external.end(), agent) != external.end(); });
+}
+
 std::string run_key() {
   static_assert(std::string_view(kRunKeyVariable) == wire::RunKey::kVariable);
   const auto given = wire::RunKey::secret_of_environment();

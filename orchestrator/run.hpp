@@ -79,6 +79,9 @@ struct RunOptions {
   bool external_plant = false;                  ///< the same of the plant
   double last_reports_seconds = 5.0;            ///< real time: for so long after the last round, reports under way are waited for
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
+
+  /// Is a process that hosts these agents started by hand?
+  [[nodiscard]] bool by_hand(std::span<const AgentId> hosted) const;
 };
 
 /// Environment variable that holds a run's key.

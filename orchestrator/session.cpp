@@ -87,7 +87,7 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
     ProcessState state;
     state.name = "agent-" + std::to_string(plan.agents.front().value);
     if (plan.agents.size() > 1) state.name += "-" + std::to_string(plan.agents.back().value);
-    state.external = is_external(plan);
+    state.external = options_.by_hand(plan.agents);
     state.presence = plan.presence;
     states_.push_back(state);
     process_by_name_[plan.agents.front().value] = p;
@@ -115,12 +115,6 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
 }
 
 Session::~Session() = default;
-
-bool Session::is_external(const ProcessPlan& process) const {
-  return std::any_of(process.agents.begin(), process.agents.end(), [&](AgentId agent) {
-    return std::find(options_.external.begin(), options_.external.end(), agent) != options_.external.end();
-  });
-}
 
 void Session::open_hubs() {
   settings_.tag = options_.run_name;
@@ -153,6 +147,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
   const unsigned first = derived ? domain_of(options_.run_name) : static_cast<unsigned>(options_.domain);
   for (unsigned attempt = 0;; ++attempt) {
     domain_number_ = attempt == 0 ? first : (first + 7 * attempt) % kDomains;
+    if (shared_) sole_.emplace(options_.run_name, options_.key, domain_number_);
     try {
       hubs_.push_back(std::make_unique<Hub>(domain_number_, configuration, wire::RunKey(options_.key), callbacks));
       if (shared_) shared_->enter(domain_number_);

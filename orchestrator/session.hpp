@@ -104,7 +104,6 @@ class Session {
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
   [[nodiscard]] std::vector<std::string> arguments_of(std::size_t process, Round now) const;
-  [[nodiscard]] bool is_external(const ProcessPlan& process) const;
   [[nodiscard]] bool has_plant() const { return experiment_.plant.has_value(); }
   [[nodiscard]] std::size_t plant() const { return placement_.processes.size(); }  // its index among the processes
   [[nodiscard]] std::size_t slots() const { return placement_.processes.size() + (has_plant() ? 1 : 0); }
@@ -141,6 +140,7 @@ class Session {
   std::optional<PortBlock> ports_;
   bool private_ports_ = false;             // multicast discovery on ports of this run alone
   std::optional<DomainShare> shared_;      // else: with whom it shares those of the domain
+  std::optional<SoleRun> sole_;            // else: others of its name are kept out
   dds::configuration::Settings settings_;  // common to the orchestrator's hubs
   std::uint32_t domain_number_ = 0;
   std::map<std::uint32_t, std::size_t> process_by_name_;  // lowest agent id -> index

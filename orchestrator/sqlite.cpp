@@ -16,6 +16,9 @@ namespace {
                      (connection != nullptr ? sqlite3_errmsg(connection) : "out of memory");
   const int reason = connection != nullptr ? sqlite3_system_errno(connection) : 0;
   const int code = connection != nullptr ? sqlite3_errcode(connection) : SQLITE_NOMEM;
+  if (code == SQLITE_NOTADB)
+    throw ConfigError(std::string(file != nullptr ? file : "") +
+                      ": is no record of consort, nor any SQLite database; allowed: the record.sqlite of an output folder");
   if (reason != 0 && (code == SQLITE_IOERR || code == SQLITE_FULL)) text += std::string(" (") + std::strerror(reason) + ")";
   throw RunError(text);
 }

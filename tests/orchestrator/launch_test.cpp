@@ -84,6 +84,25 @@ TEST(DomainShare, KnowsOfOthersInTheSameDomainAsLongAsTheyAreThere) {
   EXPECT_FALSE(one.with_others());
 }
 
+TEST(SoleRun, ASecondOneOfTheSameNameKeyAndDomainIsRefusedByThePidOfTheFirst) {
+  const std::string name = "sole-" + std::to_string(getpid());
+  {
+    const SoleRun first(name, "a key", 7);
+    try {
+      const SoleRun second(name, "a key", 7);
+      FAIL();
+    } catch (const ConfigError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("--name: found " + name), std::string::npos) << text;
+      EXPECT_NE(text.find("pid " + std::to_string(getpid()) + "; allowed: another --name"), std::string::npos) << text;
+    }
+    EXPECT_NO_THROW(SoleRun(name, "another key", 7));
+    EXPECT_NO_THROW(SoleRun(name, "a key", 8));
+    EXPECT_NO_THROW(SoleRun(name + "r", "a key", 7));
+  }
+  EXPECT_NO_THROW(SoleRun(name, "a key", 7)) << "the first has ended";
+}
+
 TEST(PortBlock, AnImpossibleNumberIsRefusedWithTheRemedy) {
   try {
     const PortBlock block(40'000);

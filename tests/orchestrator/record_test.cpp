@@ -350,7 +350,8 @@ TEST(Record, OfAnOlderFormatIsExportedAndWhatItsWordsMeantIsSaid) {
 
 TEST(Record, OfANewerFormatOrOfSomebodyElseIsRefused) {
   const ScratchFolder folder;
-  for (const auto& [version, words] : std::map<int, std::string>{{kRecordFormat + 1, "newer"}, {0, "no record of consort"}}) {
+  for (const auto& [version, words] :
+       std::map<int, std::string>{{kRecordFormat + 1, "newer"}, {0, "no record of consort"}, {1, "no record of consort"}}) {
     std::filesystem::remove(folder.path() / "record.sqlite");
     {
       Database other(folder.path() / "record.sqlite", Database::Open::create);
@@ -362,6 +363,17 @@ TEST(Record, OfANewerFormatOrOfSomebodyElseIsRefused) {
     } catch (const ConfigError& error) {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
     }
+  }
+}
+
+TEST(Record, WhatIsNoDatabaseIsNoRecord) {
+  const ScratchFolder folder;
+  std::ofstream(folder.path() / "record.sqlite") << std::string(5000, 'x');
+  try {
+    export_csv(folder.path());
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("record.sqlite: is no record of consort"), std::string::npos) << error.what();
   }
 }
 

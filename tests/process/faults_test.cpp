@@ -333,6 +333,43 @@ TEST(Faults, AnAgentStartedByHandJoinsInWhateverOrder) {
   }
 }
 
+/// One line of `consort run --external`, from "waiting for agents 3-4: " on.
+std::string printed_command(Command& run, const std::string& whom) {
+  const std::string beginning = "waiting for " + whom + ": ";
+  EXPECT_TRUE(eventually([&] {
+    const std::string err = run.program->err();
+    const auto at = err.find(beginning);
+    return at != std::string::npos && err.find('\n', at) != std::string::npos;
+  })) << run.program->err();
+  const std::string err = run.program->err();
+  const auto at = err.find(beginning) + beginning.size();
+  return err.substr(at, err.find('\n', at) - at);
+}
+
+TEST(Faults, TheLinesThatARunPrintsStartItsProcessesAsTheyStand) {
+  const Folder folder;
+  const std::string loop =
+      std::string(kShort) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\nplacement: {agents_per_process: 2}\n";
+  Command run(loop, {"--name", unique_run_name("it's-typed"), "--domain", "64", "--external", "0,3"});
+  std::vector<std::unique_ptr<Program>> by_hand;
+  for (const std::string whom : {"the plant", "agents 3-4"})
+    by_hand.push_back(std::make_unique<Program>(
+        folder, "/bin/sh", std::vector<std::string>{"-c", "PATH=" + std::string(kBinDir) + ":$PATH; " + printed_command(run, whom)}));
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  for (const auto& program : by_hand) EXPECT_EQ(program->wait(60), 0) << program->err();
+}
+
+TEST(Faults, AnInterfaceThatIsNotThereIsRefusedInOurWords) {
+  const Folder folder;
+  for (const std::string name : {"consort-agent", "consort-plant"}) {
+    std::vector<std::string> arguments{"--run", "none", "--domain", "64", "--interface", "nix0"};
+    if (name == "consort-agent") arguments.insert(arguments.end(), {"--id", "4"});
+    Program program(folder, name, arguments);
+    EXPECT_EQ(program.wait(60), 2) << program.err();
+    EXPECT_EQ(program.err().find(name + ": --interface: found 'nix0', which this host does not have; allowed: "), 0u) << program.err();
+  }
+}
+
 TEST(Faults, APlantStartedByHandJoins) {
   const std::string loop = std::string(kShort) + "plant: {model: integrator, initial: {position: {linspace: [0, 1]}}}\n";
   Command launched(loop);

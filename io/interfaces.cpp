@@ -1,7 +1,7 @@
-#include "orchestrator/interfaces.hpp"
+#include "io/interfaces.hpp"
 
 #include "core/errors.hpp"
-#include "orchestrator/wording.hpp"
+#include "core/nearest.hpp"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -22,7 +22,8 @@ struct FreeInterfaces {
 };
 
 std::string told(const NetworkInterface& interface) {
-  return fmt::format("{} ({}{})", interface.name, interface.addresses.empty() ? "no IPv4 address" : listed(interface.addresses),
+  return fmt::format("{} ({}{})", interface.name,
+                     interface.addresses.empty() ? "no IPv4 address" : fmt::format("{}", fmt::join(interface.addresses, ", ")),
                      interface.up ? "" : ", down");
 }
 
@@ -58,10 +59,14 @@ std::string interface_refusal(const std::string& wanted, const std::vector<Netwo
     names.push_back(one.name);
     all.push_back(told(one));
   }
-  if (found == nullptr)
-    return fmt::format("found '{}', which this host does not have; allowed: {}{}", wanted, listed(all), did_you_mean(wanted, names));
+  if (found == nullptr) {
+    constexpr std::size_t kMistyped = 2;  // letters
+    const std::string meant = nearest(wanted, names);
+    return fmt::format("found '{}', which this host does not have; allowed: {}{}", wanted, fmt::join(all, ", "),
+                       wanted.size() > kMistyped && edit_distance(wanted, meant) <= kMistyped ? "; did you mean '" + meant + "'?" : "");
+  }
   if (!found->up || found->addresses.empty())
-    return fmt::format("found {}; allowed: one that is up and has an IPv4 address, of {}", told(*found), listed(all));
+    return fmt::format("found {}; allowed: one that is up and has an IPv4 address, of {}", told(*found), fmt::join(all, ", "));
   return "";
 }
 
