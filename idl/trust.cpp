@@ -145,7 +145,8 @@ Sender Participant::sender(dds::core::InstanceHandle writer) const {
   const dds::domain::ParticipantBuiltinTopicData process = shared_->participants.find(found->participant_key);
   sender.card = Card::of(process.user_data);
   if (process.pid.empty()) return sender;
-  const std::string agents = sender.card && !sender.card->ids.empty() ? " of agents " + sender.card->ids : std::string();
+  const std::string ids = sender.card ? sender.card->ids : std::string();
+  const std::string agents = ids.empty() ? "" : (ids.find_first_of("-,") == std::string::npos ? " of agent " : " of agents ") + ids;
   sender.who = process.process + agents + " (pid " + process.pid + " on " + process.host + ")";
   return sender;
 }

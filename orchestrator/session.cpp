@@ -687,7 +687,11 @@ void Session::time_out() {
   char limit[32];
   std::snprintf(limit, sizeof limit, "%g s", experiment_.deadline);
   std::string text = "deadline of " + std::string(limit) + " passed";
-  const std::string lost = names([](const ProcessState& state) { return state.started && !state.found; });
+  const auto absent = [](const ProcessState& state) { return state.started && !state.found; };
+  const std::string lost = names(absent);
+  const bool nobody_started_them = !lost.empty() && std::all_of(states_.begin(), states_.end(), [&](const ProcessState& state) {
+    return !absent(state) || state.external;
+  });
   const std::string unready = names([&](const ProcessState& state) { return state.started && state.ready_epoch != epoch_; });
   if (!lost.empty())
     text += " before everybody was there; never appeared: " + lost;
@@ -698,7 +702,9 @@ void Session::time_out() {
   if (granted_) early_remarks_.clear();
   for (std::string& remark : take_remarks()) early_remarks_.push_back(std::move(remark));
   for (const std::string& remark : early_remarks_) text += "; " + remark;
-  if (shared_ && shared_->with_others())
+  if (nobody_started_them)
+    text += "; to be started by hand (--external), by the lines that this run has printed";
+  else if (shared_ && shared_->with_others())
     text += "; other runs on this host use DDS domain " + std::to_string(domain_number_) +
             " and cost this one time: give each a --domain of its own, or leave out --domain and `discovery: multicast`";
   else

@@ -264,7 +264,7 @@ TEST(Faults, ARunWhoseAgentNeverAppearsTimesOutNamingIt) {
       "topology: ring\ndt: 0.1\nstop: {deadline: 3 s}\n",
       {"--external", "2"});
   EXPECT_EQ(run.program->wait(60), 4) << run.program->err();
-  EXPECT_NE(run.program->err().find("never appeared: agent-2"), std::string::npos) << run.program->err();
+  EXPECT_NE(run.program->err().find("never appeared: agent-2; to be started by hand"), std::string::npos) << run.program->err();
 }
 
 TEST(Faults, AStalledRunTimesOutSayingWhoWaitsForWhom) {
@@ -479,7 +479,7 @@ TEST(Faults, AnAgentWithAnotherKeyIsNamedAtOnceAndEnds) {
   Program agent(folder, "consort-agent", by_hand);
   EXPECT_EQ(agent.wait(60), 3) << agent.err();
   EXPECT_NE(agent.err().find("has another key"), std::string::npos) << agent.err();
-  const std::string seen = "consort-agent of agents 4 (pid " + std::to_string(agent.pid());
+  const std::string seen = "consort-agent of agent 4 (pid " + std::to_string(agent.pid());
   EXPECT_TRUE(eventually([&] { return run.program->err().find(seen) != std::string::npos; })) << run.program->err();
   EXPECT_NE(run.program->err().find("CONSORT_KEY"), std::string::npos) << run.program->err();
   setenv(wire::RunKey::kVariable, right.c_str(), 1);
