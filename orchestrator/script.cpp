@@ -272,7 +272,11 @@ class TopLevel {
                           event.kind, agent.value, event.round, next ? ", where something else happens to it" : "", kAllowed.at(now)));
           break;
         }
-        if (*next == Condition::there && now != Condition::stopped) stays.push_back({event.round, kEver});
+        if (*next == Condition::there && now != Condition::stopped) {
+          // Whoever would come as the run ends (it was shortened on the command line) has no round to take part in, and does not come.
+          const bool too_late = event.round == out_.rounds;
+          stays.push_back({event.round + (too_late ? 1u : 0u), kEver});
+        }
         if (*next == Condition::left || *next == Condition::killed) stays.back().until = event.round;
         if (const auto fault = kFaults.find(event.kind); fault != kFaults.end()) out_.faults.push_back({event.round, agent, fault->second});
         now = *next;

@@ -430,5 +430,17 @@ TEST(Script, TextThatIsNotUtf8IsRefusedWithItsPlace) {
   }
 }
 
+TEST(Script, NobodyComesToTheEndOfARunThatTheCommandLineShortened) {
+  const std::string text =
+      "experiment: e\nrounds: 30\nagents: {count: 3, protocol: local_voting, initial: {x: 1}}\ntopology: ring\n"
+      "events: [{round: 5, kill: 3}, {round: 20, restart: 3}, {round: 20, join: 2}]\n";
+  for (const Round rounds : {10u, 19u, 20u}) {
+    const Experiment e = read(text, {.rounds = rounds});
+    for (Round k = 6; k <= rounds; ++k)
+      for (const std::uint32_t agent : {2u, 3u}) EXPECT_FALSE(e.presence_of(AgentId{agent}).holds(k)) << agent << " in " << k;
+  }
+  EXPECT_TRUE(read(text, {.rounds = 21}).presence_of(AgentId{3}).holds(20));
+}
+
 }  // namespace
 }  // namespace consort
