@@ -269,8 +269,9 @@ class AdaptiveExamination {
         (symmetric ? "the artificial states neither grow nor decay " : "the artificial states grow or decay and show no frequency ") +
             source);
     const double window = rule.dt * rule.sample_rounds * static_cast<double>(rule.samples), pi = std::numbers::pi;
-    const auto limit = [&](bool holds, std::string condition, double value, const char* relation, double bound, const char* otherwise) {
-      add(holds ? Rating::holds : Rating::fails, std::move(condition), fmt::format("{} {} {}", text_of(value), relation, text_of(bound)),
+    const auto limit = [&](bool holds, const std::string& condition, double value, const char* relation, double bound,
+                           const char* otherwise) {
+      add(holds ? Rating::holds : Rating::fails, condition, fmt::format("{} {} {}", text_of(value), relation, text_of(bound)),
           (holds ? "the smallest eigenvalue can be told apart " : otherwise) + source);
     };
     const double low = rule.xi * smallest_ * window, high = rule.xi * largest_, sampling = 1.0 / (rule.dt * rule.sample_rounds);
