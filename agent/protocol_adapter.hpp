@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <concepts>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -265,6 +266,7 @@ class ProtocolOf final : public Protocol {
 
   /// Throws RunError naming agent, round and protocol when what it sends is not finite.
   void emit(const Sense& sense, std::span<double> payload) const override {
+    if (payload.size() != message_layout_.size()) throw std::logic_error("a message is as long as its layout says");
     const Message message = P::message(params_, state_, sense);
     double* to = payload.data();
     std::apply([&](const auto&... value) { (detail::put(to, value), ...); }, Message::fields(message));

@@ -265,7 +265,8 @@ TEST(Codec, RefusesOtherSamplesThatBreakABound) {
   EXPECT_THROW(decode(information), Rejected);
 
   const MemberReport report{AgentId{3}, {0, 5}, {1.0, 2.0}, {11, 12}, {{1, 2, 3}, {4, 5, 6}}, {}, 9};
-  auto telemetry = encode(Telemetry{3, 4, false, {report}, {}}, arena);
+  const Telemetry reported{3, 4, false, {report}, {}};
+  auto telemetry = encode(reported, arena);
   telemetry.members._buffer[0].hashes._length = 1;
   EXPECT_THROW(decode(telemetry), Rejected);
   telemetry.members._buffer[0].hashes._length = 2;

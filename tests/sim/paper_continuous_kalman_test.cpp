@@ -123,7 +123,7 @@ TEST(ContinuousKalmanConsensus, CovarianceTendsToTheRootsStated) {
     parameters.set("self_term", self_term ? 1.0 : 0.0);
     const auto agent = find_protocol("continuous_kalman_consensus").make(parameters, consort::Setup{AgentId{1}, 2, 0.1, initial});
     const Sense sense{.k = 0, .dt = 0.1, .in_neighbours = {}, .out_degree = 1, .y = {}, .self = AgentId{1}};
-    std::vector<double> own(2);
+    std::vector<double> own(agent->message_layout().size());
     for (int k = 0; k < 1000; ++k) {
       agent->emit(sense, own);
       agent->absorb(sense, std::array{Received{AgentId{2}, 0, 1.0, own}});
@@ -188,7 +188,7 @@ TEST(ContinuousKalmanConsensus, WithoutAnyMessageTheEstimateStaysAndTheCovarianc
   const Neighbour neighbour{AgentId{2}, 1.0};
   const Sense sense{.k = 0, .dt = 0.1, .in_neighbours = {&neighbour, 1}, .out_degree = 1, .y = {}, .self = AgentId{1}};
   for (int k = 0; k < 20; ++k) protocol->absorb(sense, {});  // every message is lost
-  std::vector<double> payload(2);
+  std::vector<double> payload(protocol->message_layout().size());
   protocol->emit(sense, payload);
   EXPECT_EQ(payload[0], 3.0);
   EXPECT_NEAR(payload[1], 0.5 + 0.1 * 2.0, 1e-14);
