@@ -96,7 +96,7 @@ format-check: setup
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
 # clang-tidy reads the compile commands, without GCC's precompiled headers and batches, and the headers generated from the IDL.
-# FILES='core/graph.cpp …' looks through these only.
+# FILES='core/network/graph.cpp …' looks through these only.
 tidy: setup
 	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCONSORT_BATCHES=OFF >/dev/null
 	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate

@@ -1,7 +1,7 @@
 #include "agent/lockstep.hpp"
 
-#include "agent/registry.hpp"
 #include "core/errors.hpp"
+#include "protocols/registry.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -2,9 +2,9 @@
 /// The rounds of the agents hosted by one process, in lockstep with their in-neighbours. Knows no transport and no clock: messages and
 /// grants come in by call, messages go out through `Send`. The same rounds as simulate(), in whatever order the messages arrive.
 
-#include "agent/protocol.hpp"
 #include "core/trace.hpp"
 #include "idl/wire.hpp"
+#include "protocols/protocol.hpp"
 
 #include <deque>
 #include <functional>

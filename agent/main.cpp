@@ -1,6 +1,6 @@
 #include "agent/node.hpp"
 #include "core/id_list.hpp"
-#include "idl/run_process.hpp"
+#include "process/run_process.hpp"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>

@@ -1,6 +1,6 @@
 #include "agent/node.hpp"
 
-#include "agent/registry.hpp"
+#include "protocols/registry.hpp"
 
 #include <spdlog/spdlog.h>
 #include <unistd.h>

@@ -4,8 +4,8 @@
 
 #include "agent/realtime.hpp"
 #include "core/errors.hpp"
-#include "idl/pacer.hpp"
-#include "idl/run_member.hpp"
+#include "process/pacer.hpp"
+#include "process/run_member.hpp"
 
 #include <map>
 #include <optional>

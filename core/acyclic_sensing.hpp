@@ -11,7 +11,7 @@
 /// no change within the last m + patience rounds, m the agreed maximum of agents, knows that all layers are final. (A layer depends on
 /// nothing further than m - 1 edges away, and one that nobody supports any more grows by one a round, up to m, where it ends as "none".)
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 
 #include <span>
 #include <vector>

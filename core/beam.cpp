@@ -1,7 +1,7 @@
 #include "core/beam.hpp"
 
-#include "core/decompositions.hpp"
 #include "core/errors.hpp"
+#include "core/math/decompositions.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,8 +1,8 @@
 #pragma once
 /// The experiment as pure values: what the file says, with every name resolved and every number in its place.
 
-#include "core/link.hpp"
-#include "core/schedule.hpp"
+#include "core/network/link.hpp"
+#include "core/network/schedule.hpp"
 #include "core/stop.hpp"
 #include "core/values.hpp"
 

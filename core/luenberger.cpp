@@ -1,10 +1,10 @@
 #include "core/luenberger.hpp"
 
-#include "core/controllability.hpp"
 #include "core/errors.hpp"
-#include "core/lyapunov.hpp"
-#include "core/riccati.hpp"
-#include "core/shapes.hpp"
+#include "core/math/controllability.hpp"
+#include "core/math/lyapunov.hpp"
+#include "core/math/riccati.hpp"
+#include "core/math/shapes.hpp"
 
 #include <algorithm>
 #include <string>

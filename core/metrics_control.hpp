@@ -1,7 +1,7 @@
 #pragma once
 /// Metrics of agents that steer a plant, or that theory promises a value to. Lines of the table in metrics.cpp.
 
-#include "core/metrics.hpp"
+#include "core/metrics/metrics.hpp"
 
 namespace consort {
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Metrics of runs whose agents adapt coupling gains: what the gains came to, and when the agents agreed.
 
-#include "core/metrics.hpp"
+#include "core/metrics/metrics.hpp"
 
 namespace consort {
 

@@ -1,8 +1,8 @@
 #include "core/metrics_observer.hpp"
 
-#include "core/decompositions.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/schur.hpp"
 #include "core/observer_case.hpp"
-#include "core/schur.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// Metrics of agents that estimate everybody (Huang et al. 2025). Lines of the table in metrics.cpp.
 
-#include "core/metrics.hpp"
+#include "core/metrics/metrics.hpp"
 
 namespace consort {
 

@@ -1,11 +1,11 @@
 #include "core/metrics_sensor_network.hpp"
 
 #include "core/beam_plant.hpp"
-#include "core/controllability.hpp"
-#include "core/decompositions.hpp"
+#include "core/math/controllability.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/riccati.hpp"
+#include "core/math/schur.hpp"
 #include "core/observers.hpp"
-#include "core/riccati.hpp"
-#include "core/schur.hpp"
 
 #include <limits>
 

@@ -5,7 +5,7 @@
 /// The theoretical ones are about the graph of the last round and those present in it, with Q of agent 1 as the plant's noise and each R as
 /// that of the sensor; NaN where the errors do not decay; absent for more than 400 numbers in the errors of all agents together.
 
-#include "core/metrics.hpp"
+#include "core/metrics/metrics.hpp"
 #include "core/sensor_network.hpp"
 #include "core/sensor_network_errors.hpp"
 

@@ -1,8 +1,8 @@
 #include "core/minimum_energy.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
-#include "core/shapes.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>

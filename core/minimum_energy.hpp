@@ -2,7 +2,7 @@
 /// Minimum-energy consensus (Zamani, Shames, Ugrinovskii 2014) as mathematics: the gain of one agent, and what follows for a whole network.
 /// Equation numbers are that paper's; L here is diag(d) - adjacency, the negative of its (1).
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 #include "core/values.hpp"
 
 #include <span>

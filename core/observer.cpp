@@ -1,9 +1,9 @@
 #include "core/observer.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
 #include "core/errors.hpp"
-#include "core/schur.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/schur.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,7 +11,7 @@
 /// Corrected misprints: in (9) the lower left block is +mu O^(j), not -O^(j); in Q^(jl) it is agent j's own estimate that couples (b_j, not
 /// b_l); (13) takes moduli where real parts decide.
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 
 #include <map>
 #include <optional>

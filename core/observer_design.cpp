@@ -1,8 +1,8 @@
 #include "core/observer_design.hpp"
 
 #include "core/errors.hpp"
-#include "core/schur.hpp"
-#include "core/shapes.hpp"
+#include "core/math/schur.hpp"
+#include "core/math/shapes.hpp"
 
 #include <cmath>
 

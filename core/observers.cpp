@@ -1,9 +1,9 @@
 #include "core/observers.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
-#include "core/riccati.hpp"
-#include "core/shapes.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/riccati.hpp"
+#include "core/math/shapes.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 /// held over h, S_i = (I - exp(-F_i d_i h)) / d_i moves towards in-neighbours that stand still. So stiff gains ask for no short h; for how
 /// long a round all of it together is stable, `consort validate` says. First-order accurate in h.
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 
 #include <vector>
 

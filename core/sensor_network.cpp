@@ -1,11 +1,11 @@
 #include "core/sensor_network.hpp"
 
-#include "core/controllability.hpp"
-#include "core/decompositions.hpp"
 #include "core/errors.hpp"
-#include "core/riccati.hpp"
-#include "core/shapes.hpp"
-#include "core/spd.hpp"
+#include "core/math/controllability.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/riccati.hpp"
+#include "core/math/shapes.hpp"
+#include "core/math/spd.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,11 +1,11 @@
 #include "core/sensor_network_errors.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
 #include "core/errors.hpp"
-#include "core/lyapunov.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/lyapunov.hpp"
+#include "core/math/schur.hpp"
 #include "core/observers.hpp"
-#include "core/schur.hpp"
 #include "core/sensor_network.hpp"
 
 #include <algorithm>

@@ -8,7 +8,7 @@
 /// different agents without permuting one into the other's order; here everything is in the original ordering of the state. The blocks of
 /// Omega^ are all Omega, also those off the diagonal, for the process noise is common.
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 
 #include <vector>
 

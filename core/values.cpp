@@ -1,7 +1,7 @@
 #include "core/values.hpp"
 
 #include "core/errors.hpp"
-#include "core/shapes.hpp"
+#include "core/math/shapes.hpp"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 /// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated: what
 /// comes from outside the run or breaks a bound of consort.idl is dropped, counted and named (Participant::take_refusals), never passed on.
 
-#include "core/announcements.hpp"
+#include "core/network/announcements.hpp"
 #include "core/plant_task.hpp"
 #include "core/trace.hpp"
 #include "idl/trust.hpp"

@@ -1,5 +1,5 @@
-#include "idl/run_process.hpp"
 #include "plant/node.hpp"
+#include "process/run_process.hpp"
 
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>

@@ -2,9 +2,9 @@
 /// The plant process on DDS: meets the orchestrator and the agents' processes, then drives the rounds of the physics. The step runs where
 /// the last actuation arrives (DDS's receive thread); the main thread sends telemetry and answers commands.
 
-#include "idl/pacer.hpp"
-#include "idl/run_member.hpp"
 #include "plant/rounds.hpp"
+#include "process/pacer.hpp"
+#include "process/run_member.hpp"
 
 #include <map>
 #include <memory>

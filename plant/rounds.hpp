@@ -4,7 +4,7 @@
 
 #include "core/trace.hpp"
 #include "idl/wire.hpp"
-#include "plant/model_physics.hpp"
+#include "models/physics.hpp"
 
 #include <functional>
 #include <vector>

@@ -3,7 +3,7 @@
 #include "agent/lockstep.hpp"
 
 #include "core/errors.hpp"
-#include "sim/world.hpp"
+#include "rounds/simulate.hpp"
 
 #include <gtest/gtest.h>
 

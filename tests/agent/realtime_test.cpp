@@ -2,7 +2,7 @@
 
 #include "agent/realtime.hpp"
 
-#include "idl/pacer.hpp"
+#include "process/pacer.hpp"
 
 #include <gtest/gtest.h>
 

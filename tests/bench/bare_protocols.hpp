@@ -1,8 +1,8 @@
 #pragma once
-/// One round of each protocol as a bare loop: the arithmetic of agent/protocols/ for two in-neighbours and the default parameters (or those
+/// One round of each protocol as a bare loop: the arithmetic of protocols/ for two in-neighbours and the default parameters (or those
 /// that protocol_bench.cpp gives), with numbers read and written where the contract has them, and nothing else.
 
-#include "agent/protocol.hpp"
+#include "protocols/protocol.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,9 +1,9 @@
 /// What the core costs: one Philox draw, one message through a mailbox, one segment of a random schedule, one Riccati equation. Items
 /// per second are draws, messages, segments, equations.
 
-#include "core/mailbox.hpp"
-#include "core/riccati.hpp"
-#include "core/schedule.hpp"
+#include "core/math/riccati.hpp"
+#include "core/network/mailbox.hpp"
+#include "core/network/schedule.hpp"
 
 #include <benchmark/benchmark.h>
 

@@ -3,7 +3,7 @@
 // estimate where they are wanted, and looks whether they are finite. It allocates nothing; sizes are known to its compiler where they are
 // to the protocol's.
 
-#include "agent/registry.hpp"
+#include "protocols/registry.hpp"
 #include "tests/bench/bare_protocols.hpp"
 
 #include <benchmark/benchmark.h>

@@ -1,6 +1,6 @@
 // simulate() beside bare Eigen loops that do the same arithmetic without agents, links, mailboxes, hashes or reports.
 
-#include "sim/world.hpp"
+#include "rounds/simulate.hpp"
 #include "tests/support/seeds_data.hpp"
 
 #include <benchmark/benchmark.h>

@@ -3,8 +3,8 @@
 #include "core/beam.hpp"
 
 #include "core/beam_plant.hpp"
-#include "core/decompositions.hpp"
-#include "tests/core/systems.hpp"
+#include "core/math/decompositions.hpp"
+#include "tests/core/math/systems.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// Random cases for the property tests of the core.
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -3,9 +3,9 @@
 #include "core/luenberger.hpp"
 
 #include "core/errors.hpp"
+#include "core/math/schur.hpp"
 #include "core/observers.hpp"
 #include "core/random.hpp"
-#include "core/schur.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/oscillator.hpp"
 

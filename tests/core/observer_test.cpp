@@ -2,9 +2,9 @@
 
 #include "core/observer.hpp"
 
-#include "core/discretise.hpp"
-#include "core/schur.hpp"
-#include "tests/core/systems.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/schur.hpp"
+#include "tests/core/math/systems.hpp"
 #include "tests/support/huang_cases.hpp"
 
 #include <gtest/gtest.h>

@@ -2,10 +2,10 @@
 
 #include "core/observers.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
-#include "core/riccati_step.hpp"
-#include "core/schur.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/schur.hpp"
+#include "protocols/filters/riccati_step.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/oscillator.hpp"
 

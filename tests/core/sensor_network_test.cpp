@@ -2,13 +2,13 @@
 
 #include "core/sensor_network_errors.hpp"
 
-#include "core/decompositions.hpp"
-#include "core/discretise.hpp"
+#include "core/math/decompositions.hpp"
+#include "core/math/discretise.hpp"
+#include "core/math/riccati.hpp"
+#include "core/math/schur.hpp"
 #include "core/observers.hpp"
-#include "core/riccati.hpp"
-#include "core/schur.hpp"
 #include "tests/core/cases.hpp"
-#include "tests/core/systems.hpp"
+#include "tests/core/math/systems.hpp"
 #include "tests/support/beam_network.hpp"
 
 #include <gtest/gtest.h>

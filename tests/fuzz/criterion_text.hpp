@@ -2,7 +2,7 @@
 /// Text as it may stand in the list of criteria.
 
 #include "core/errors.hpp"
-#include "orchestrator/criteria.hpp"
+#include "orchestrator/script/criteria.hpp"
 
 #include <cmath>
 #include <cstdint>

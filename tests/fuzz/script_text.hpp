@@ -2,7 +2,7 @@
 /// Text as it may stand in an experiment file.
 
 #include "core/errors.hpp"
-#include "orchestrator/script.hpp"
+#include "orchestrator/script/script.hpp"
 
 #include <cstdint>
 #include <filesystem>

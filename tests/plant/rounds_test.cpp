@@ -4,7 +4,7 @@
 
 #include "agent/lockstep.hpp"
 #include "core/errors.hpp"
-#include "sim/world.hpp"
+#include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
-#include "agent/protocol_adapter.hpp"
-#include "agent/registry.hpp"
+#include "protocols/adapter.hpp"
 #include "core/errors.hpp"
+#include "protocols/registry.hpp"
 #include "tests/support/sanitized.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 /// A protocol whose numbers leave the range of double says so, with its name, the agent and the round, and hands nothing on.
 
-#include "agent/protocol_adapter.hpp"
-#include "agent/registry.hpp"
+#include "protocols/adapter.hpp"
+#include "protocols/registry.hpp"
 
 #include <gtest/gtest.h>
 

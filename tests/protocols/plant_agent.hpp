@@ -1,8 +1,8 @@
 #pragma once
 /// One agent of a protocol that steers a plant, driven by hand.
 
-#include "agent/protocol_adapter.hpp"
-#include "agent/registry.hpp"
+#include "protocols/adapter.hpp"
+#include "protocols/registry.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,6 +1,6 @@
 /// What protocols say is worth recording beside their estimates.
 
-#include "agent/registry.hpp"
+#include "protocols/registry.hpp"
 #include "tests/support/direct.hpp"
 
 #include <gtest/gtest.h>

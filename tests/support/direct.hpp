@@ -1,8 +1,8 @@
 #pragma once
 /// Runs a protocol's pure functions over a graph without drivers, mailboxes or links: the shortest way from equation to number.
 
-#include "agent/protocol_adapter.hpp"
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
+#include "protocols/adapter.hpp"
 
 #include <functional>
 #include <vector>

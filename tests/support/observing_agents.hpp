@@ -1,10 +1,10 @@
 #pragma once
 /// Agents of one protocol that observe one plant, driven by hand: the plant moves by exp(A dt) and nothing disturbs anything unless told.
 
-#include "agent/protocol.hpp"
-#include "agent/registry.hpp"
-#include "core/discretise.hpp"
-#include "core/graph.hpp"
+#include "core/math/discretise.hpp"
+#include "core/network/graph.hpp"
+#include "protocols/protocol.hpp"
+#include "protocols/registry.hpp"
 
 #include <functional>
 #include <map>

@@ -2,7 +2,7 @@
 /// The fixture of the estimators of Knotek, thesis, section 3.1: an oscillator seen by four agents on an undirected ring, and two
 /// oscillators of which the agents see the first, the second, both and nothing.
 
-#include "core/graph.hpp"
+#include "core/network/graph.hpp"
 #include "core/observers.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// Runs an experiment through real agent processes inside a test, and keeps what the observer sees.
 
-#include "orchestrator/run.hpp"
+#include "orchestrator/run/run.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/tree.hpp"
 

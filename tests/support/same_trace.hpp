@@ -1,7 +1,7 @@
 #pragma once
 /// Two drivers, one trace: equal bit for bit.
 
-#include "orchestrator/run.hpp"
+#include "orchestrator/run/run.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 
 #include "tests/swarm/swarm.hpp"
 
-#include "core/decompositions.hpp"
-#include "orchestrator/script.hpp"
+#include "core/math/decompositions.hpp"
+#include "orchestrator/script/script.hpp"
 #include "tests/support/process_run.hpp"
 #include "tests/support/same_trace.hpp"
 #include "tests/support/tree.hpp"

@@ -113,11 +113,11 @@ inline std::vector<SourceFile> source_tree(const std::filesystem::path& root) {
   const auto wanted = [](const fs::path& file) {
     const std::string name = file.filename().string();
     return name == "CMakeLists.txt" || name == "Makefile" ||
-           ends_with_any(name,
-                         {".cpp", ".hpp", ".c", ".h", ".idl", ".yaml", ".yml", ".json", ".md", ".sh", ".bib", ".xml", ".service", ".gp"});
+           ends_with_any(name, {".cpp", ".hpp", ".c", ".cmake", ".h", ".idl", ".yaml", ".yml", ".json", ".md", ".sh", ".bib", ".xml",
+                                ".service", ".gp"});
   };
-  for (const char* room :
-       {".github", "agent", "core", "dds", "deploy", "docs", "experiments", "idl", "io", "orchestrator", "plant", "sim", "tests"})
+  for (const char* room : {".github", "agent", "cmake", "core", "dds", "deploy", "docs", "experiments", "idl", "io", "models",
+                           "orchestrator", "plant", "process", "protocols", "rounds", "tests"})
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / room))
       if (entry.is_regular_file() && wanted(entry.path())) found.push_back(entry.path());
   for (const fs::directory_entry& entry : fs::directory_iterator(root))

@@ -1,9 +1,9 @@
 /// The architecture and the house rules, held by reading the project's own text. Each rule is a function of one file (or of all), so that
 /// every test also shows the rule a planted fault: a rule that cannot find one fails its own test.
 
-#include "agent/registry.hpp"
-#include "core/metrics.hpp"
-#include "plant/registry.hpp"
+#include "core/metrics/metrics.hpp"
+#include "models/registry.hpp"
+#include "protocols/registry.hpp"
 #include "tests/support/tree.hpp"
 #include "tests/tidy/source_tree.hpp"
 
@@ -56,34 +56,39 @@ Rule never(const std::string& pattern, std::function<bool(const SourceFile&)> wh
 
 // --- rooms and arrows ---------------------------------------------------------------------------------------------------
 
-bool drives_processes(std::string_view path) {
-  return starts_with_any(path, {"orchestrator/run", "orchestrator/session", "orchestrator/collector", "orchestrator/launch",
-                                "orchestrator/hub", "orchestrator/doctor"});
-}
-
+/// The first folder, and in the orchestrator the second too.
 std::string room_of(std::string_view path) {
-  if (starts_with_any(path, {"agent/protocol", "agent/registry"})) return "protocols";
-  if (starts_with_any(path, {"plant/model", "plant/registry."})) return "models";
-  if (path.starts_with("orchestrator/")) return drives_processes(path) ? "run" : "orchestrator";
-  if (path.starts_with("idl/")) return "wire";
-  return std::string(path.substr(0, path.find('/')));
+  const std::size_t first = path.find('/');
+  if (!path.starts_with("orchestrator/")) return std::string(path.substr(0, first));
+  return std::string(path.substr(0, path.find('/', first + 1)));
 }
 
 /// Room -> rooms it may include, itself among them.
 const std::map<std::string, std::set<std::string>>& arrows() {
-  static const std::map<std::string, std::set<std::string>> table{
-      {"dds", {"dds"}},
-      {"core", {"core"}},
-      {"io", {"io", "core"}},
-      {"wire", {"wire", "io", "core", "dds"}},
-      {"protocols", {"protocols", "core"}},
-      {"models", {"models", "core"}},
-      {"sim", {"sim", "models", "protocols", "core"}},
-      {"agent", {"agent", "protocols", "wire", "dds", "core"}},
-      {"plant", {"plant", "models", "wire", "dds", "core"}},
-      {"orchestrator", {"orchestrator", "run", "io", "sim", "models", "protocols", "core"}},
-      {"run", {"run", "orchestrator", "io", "sim", "models", "protocols", "wire", "dds", "core"}},
-  };
+  static const auto table = [] {
+    std::map<std::string, std::set<std::string>> rooms{
+        {"dds", {}},
+        {"core", {}},
+        {"models", {"core"}},
+        {"protocols", {"core"}},
+        {"rounds", {"models", "protocols", "core"}},
+        {"io", {"core"}},
+        {"idl", {"io", "core", "dds"}},
+        {"process", {"idl", "io", "core", "dds"}},
+        {"agent", {"process", "protocols", "idl", "dds", "core"}},
+        {"plant", {"process", "models", "idl", "dds", "core"}},
+        {"orchestrator/theory", {"models", "protocols", "core"}},
+        {"orchestrator/script", {"rounds", "models", "protocols", "core"}},
+        {"orchestrator/run", {"orchestrator/script", "rounds", "models", "protocols", "process", "idl", "dds", "io", "core"}},
+        {"orchestrator/report",
+         {"orchestrator/run", "orchestrator/theory", "orchestrator/script", "rounds", "models", "protocols", "io", "core"}},
+        {"orchestrator/cli",
+         {"orchestrator/report", "orchestrator/run", "orchestrator/theory", "orchestrator/script", "rounds", "models", "protocols",
+          "process", "idl", "dds", "io", "core"}},
+    };
+    for (auto& [room, allowed] : rooms) allowed.insert(room);
+    return rooms;
+  }();
   return table;
 }
 
@@ -109,24 +114,27 @@ Findings forbidden_includes(const SourceFile& file) {
 }
 
 TEST(Architecture, RoomsIncludeOnlyWhatTheArrowsAllow) {
-  expect_held(forbidden_includes, {{"core/graph.cpp", "#include \"idl/wire.hpp\"\n"},
-                                   {"orchestrator/script.cpp", "#include <dds/dds.h>\n"},
-                                   {"sim/world.cpp", "#include \"orchestrator/run.hpp\"\n"}});
+  expect_held(forbidden_includes, {{"core/network/graph.cpp", "#include \"idl/wire.hpp\"\n"},
+                                   {"orchestrator/script/script.cpp", "#include <dds/dds.h>\n"},
+                                   {"rounds/simulate.cpp", "#include \"orchestrator/run/run.hpp\"\n"}});
+}
+
+/// The file of one algorithm, among those of its family.
+bool is_protocol(const SourceFile& file) {
+  return file.path.starts_with("protocols/") && file.text.find("static constexpr std::string_view name") != std::string::npos;
 }
 
 TEST(Architecture, ProtocolsNeverIncludeEachOther) {
   const Rule rule = [](const SourceFile& file) {
     Findings findings;
-    if (!file.path.starts_with("agent/protocols/")) return findings;
-    for (const SourceFile::Include& include : file.includes()) {
-      const std::string path = include.what.find('/') == std::string::npos ? "agent/protocols/" + include.what : include.what;
-      const auto is_it = [&](const SourceFile& other) { return other.path == path && other.path != file.path; };
-      if (path.starts_with("agent/protocols/") && std::any_of(tree().begin(), tree().end(), is_it))
-        findings.push_back(place(file, include.line) + include.what);
-    }
+    if (!is_protocol(file)) return findings;
+    for (const SourceFile::Include& include : file.includes())
+      for (const SourceFile& other : tree())
+        if (other.path == include.what && is_protocol(other)) findings.push_back(place(file, include.line) + include.what);
     return findings;
   };
-  expect_held(rule, {{"agent/protocols/planted.hpp", "#include \"agent/protocols/local_voting.hpp\"\n"}});
+  expect_held(rule, {{"protocols/consensus/planted.hpp",
+                      "#include \"protocols/consensus/local_voting.hpp\"\n  static constexpr std::string_view name = \"planted\";\n"}});
 }
 
 TEST(Architecture, OnlyDriversLog) {
@@ -139,19 +147,19 @@ TEST(Architecture, OnlyDriversLog) {
       if (include.what.starts_with("spdlog/") && !driver) findings.push_back(place(file, include.line) + include.what);
     return findings;
   };
-  expect_held(rule, {{"core/graph.cpp", "#include <spdlog/spdlog.h>\n"}});
+  expect_held(rule, {{"core/network/graph.cpp", "#include <spdlog/spdlog.h>\n"}});
 }
 
 bool pure(const SourceFile& file) {
   const std::string room = room_of(file.path);
-  return room == "core" || room == "protocols" || room == "models" || room == "sim";
+  return room == "core" || room == "protocols" || room == "models" || room == "rounds";
 }
 
 TEST(Architecture, PureRoomsHaveNoClockFileThreadOrHashOrder) {
   expect_held(never(R"(\b(system_clock|steady_clock|high_resolution_clock|time\s*\(|gettimeofday|getenv|unordered_(map|set)))", pure),
               {{"core/planted.cpp", "auto now = std::chrono::system_clock::now();\n"}});
   expect_held(never(R"(^\s*#\s*include\s*<(iostream|fstream|filesystem|thread|chrono|random|ctime|cstdio|unistd\.h|sys/[a-z]+\.h)>)", pure),
-              {{"agent/protocols/planted.hpp", "#include <thread>\n"}});
+              {{"protocols/consensus/planted.hpp", "#include <thread>\n"}});
 }
 
 TEST(Architecture, ProductCodeNeverUsesUnkeyedRandomnessOrSleeps) {
@@ -226,13 +234,14 @@ TEST(Documentation, EveryExperimentOpensWithItsQuestion) {
 TEST(Documentation, EveryProtocolFileNamesSourceAssumptionsAndLoss) {
   const Rule rule = [](const SourceFile& file) {
     Findings findings;
-    if (!file.path.starts_with("agent/protocols/") || !file.cpp()) return findings;
+    if (!is_protocol(file)) return findings;
     const std::string opening = file.text.substr(0, file.text.find("\nnamespace"));
     for (const char* wanted : {"/// Source: ", "/// Assumes: ", "missing message"})
       if (opening.find(wanted) == std::string::npos) findings.push_back(place(file, 1) + "the opening comment has no '" + wanted + "'");
     return findings;
   };
-  expect_held(rule, {{"agent/protocols/planted.hpp", "#pragma once\n/// An algorithm.\nnamespace consort {}\n"}});
+  expect_held(rule, {{"protocols/consensus/planted.hpp",
+                      "#pragma once\n/// An algorithm.\nnamespace consort { static constexpr std::string_view name = \"planted\"; }\n"}});
 }
 
 const std::string& page(std::string_view path) {
@@ -265,9 +274,10 @@ TEST(Documentation, GuideNamesEveryShippedExperiment) {
 /// of history may name what is gone.
 TEST(Documentation, FilesAndFunctionsThatAreNamedExist) {
   const Rule rule = [](const SourceFile& file) {
-    static const std::regex named(R"(`((?:(?:agent|core|dds|deploy|docs|experiments|idl|io|orchestrator|plant|sim|tests)/)"
-                                  R"([\w./@-]+\.[a-z]+)|)"
-                                  R"((?:\w+::)?(\w+)\(\))`)");
+    static const std::regex named(
+        R"(`((?:(?:agent|cmake|core|dds|deploy|docs|experiments|idl|io|models|orchestrator|plant|process|protocols|rounds|tests)/)"
+        R"([\w./@-]+\.[a-z]+)|)"
+        R"((?:\w+::)?(\w+)\(\))`)");
     Findings findings;
     if (!file.path.ends_with(".md") || starts_with_any(file.path, {"docs/decisions/", "CHANGELOG"})) return findings;
     const std::vector<std::string> lines = lines_of(file.text);

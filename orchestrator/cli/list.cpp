@@ -1,0 +1,146 @@
+#include "io/standard_streams.hpp"
+#include "orchestrator/cli/help.hpp"
+#include "orchestrator/cli/verbs.hpp"
+
+#include "core/metrics/metrics.hpp"
+#include "models/registry.hpp"
+#include "orchestrator/report/terminal.hpp"
+#include "orchestrator/script/topology.hpp"
+#include "protocols/registry.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace consort {
+namespace {
+
+std::string paragraph(std::string_view text, std::size_t margin, const TextStyle& style) {
+  std::string out;
+  for (const auto& line : wrapped(text, std::clamp<std::size_t>(style.width, 60, 100) - margin))
+    out += std::string(margin, ' ') + line + "\n";
+  return out;
+}
+
+std::string values(const char* title, std::span<const ValueDoc> docs, const TextStyle& style) {
+  std::string out;
+  for (const ValueDoc& doc : docs) {
+    const std::string standard = doc.fallback.empty() ? "required" : fmt::format("default {}", doc.fallback);
+    out += paragraph(fmt::format("{} {}: {}; {} ({})", title, doc.name, doc.meaning, doc.shape, standard), 4, style);
+  }
+  return out;
+}
+
+/// Values that a protocol gives.
+std::string described(const char* title, std::span<const ValueDoc> docs, const TextStyle& style) {
+  std::string out;
+  for (const ValueDoc& doc : docs) out += paragraph(fmt::format("{} {}: {}; {}", title, doc.name, doc.meaning, doc.shape), 4, style);
+  return out;
+}
+
+void list_protocols(const TextStyle& style) {
+  for (const ProtocolEntry& entry : protocol_table()) {
+    streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+    streams::put(fmt::format("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
+                             paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style)));
+    streams::put(fmt::format("{}{}", values("parameter", entry.parameters, style), values("initial", entry.initial, style)));
+    streams::put(fmt::format("{}{}\n", described("estimate", entry.estimate, style), described("recorded", entry.recorded, style)));
+  }
+}
+
+void list_plants(const TextStyle& style) {
+  for (const PlantEntry& entry : plant_table()) {
+    streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+    streams::put(fmt::format("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style)));
+  }
+}
+
+void list_topologies(const TextStyle& style) {
+  for (const TopologyEntry& entry : topology_table())
+    streams::put(fmt::format("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style),
+                             paragraph(entry.form, 4, style)));
+}
+
+void list_metrics(const TextStyle& style) {
+  for (const MetricEntry& entry : metric_table())
+    streams::put(fmt::format("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+}
+
+nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
+  auto out = nlohmann::ordered_json::array();
+  for (const ValueDoc& doc : docs) {
+    out.push_back({{"name", doc.name}, {"meaning", doc.meaning}, {"shape", doc.shape}, {"required", doc.fallback.empty()}});
+    if (!doc.fallback.empty()) out.back()["default"] = doc.fallback;
+  }
+  return out;
+}
+
+nlohmann::ordered_json as_json(const std::string& what) {
+  auto out = nlohmann::ordered_json::array();
+  if (what == "protocols")
+    for (const ProtocolEntry& entry : protocol_table())
+      out.push_back({{"name", entry.name},
+                     {"summary", entry.summary},
+                     {"source", entry.source},
+                     {"assumes", entry.assumptions},
+                     {"parameters", as_json(entry.parameters)},
+                     {"initial", as_json(entry.initial)}});
+  if (what == "plants")
+    for (const PlantEntry& entry : plant_table())
+      out.push_back({{"name", entry.name},
+                     {"summary", entry.summary},
+                     {"parameters", as_json(entry.parameters)},
+                     {"initial", as_json(entry.initial)}});
+  if (what == "topologies")
+    for (const TopologyEntry& entry : topology_table())
+      out.push_back({{"name", entry.name}, {"summary", entry.summary}, {"form", entry.form}});
+  if (what == "metrics")
+    for (const MetricEntry& entry : metric_table()) out.push_back({{"name", entry.name}, {"summary", entry.summary}});
+  return out;
+}
+
+class ListVerb : public Verb {
+ public:
+  explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
+    document(app_,
+             "list what an experiment may use\n"
+             "protocols: each with its source, what it assumes, its parameters and initial values, what it estimates and what else is "
+             "recorded. plants: the models agents can steer and "
+             "measure. topologies: graph families and schedules, and how they are written. metrics: what can be measured and used in "
+             "criteria.",
+             {{"consort list protocols", "The algorithms."},
+              {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
+             {{"0", "listed"}, {"2", "there is no such list"}});
+    app_.add_option("what", what_, "What to list.")
+        ->required()
+        ->type_name("protocols|plants|topologies|metrics")
+        ->check(one_of({"protocols", "plants", "topologies", "metrics"}));
+    app_.add_flag("--json", json_, "Print the list as JSON.");
+  }
+
+  Exit execute() override {
+    const TextStyle style = style_of(STDOUT_FILENO);
+    if (json_)
+      streams::put(fmt::format("{}\n", as_json(what_).dump(2)));
+    else if (what_ == "protocols")
+      list_protocols(style);
+    else if (what_ == "plants")
+      list_plants(style);
+    else if (what_ == "topologies")
+      list_topologies(style);
+    else
+      list_metrics(style);
+    return Exit::ok;
+  }
+
+ private:
+  std::string what_;
+};
+
+}  // namespace
+
+std::unique_ptr<Verb> make_list_verb(CLI::App& parent) { return std::make_unique<ListVerb>(parent); }
+
+}  // namespace consort

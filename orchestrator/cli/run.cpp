@@ -1,0 +1,433 @@
+#include "core/id_list.hpp"
+#include "core/option_text.hpp"
+#include "io/standard_streams.hpp"
+#include "orchestrator/cli/help.hpp"
+#include "orchestrator/cli/verbs.hpp"
+#include "orchestrator/report/findings.hpp"
+#include "orchestrator/report/progress.hpp"
+#include "orchestrator/report/record.hpp"
+#include "orchestrator/report/results.hpp"
+#include "orchestrator/report/table.hpp"
+#include "orchestrator/run/dds_configuration.hpp"
+#include "orchestrator/run/host.hpp"
+#include "orchestrator/run/placement.hpp"
+#include "orchestrator/script/script.hpp"
+#include "protocols/registry.hpp"
+#include "rounds/last_round.hpp"
+
+#include <fmt/format.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <set>
+
+namespace consort {
+namespace {
+
+constexpr double kWaitByHand = 60.0;          // s, as the line to enter says it: what consort-agent takes without being told
+constexpr std::size_t kLongestRunName = 100;  // it is the tag by which processes find each other
+
+std::atomic<int> g_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
+
+/// The number is all a handler may leave; the drivers look at it. Closing the terminal ends a run like SIGTERM.
+extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGTERM : number); }
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = keep_signal;  // without SA_RESTART: whoever waits in a system call wakes up
+  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
+  // Whoever starts a run with nohup wants it to outlive the terminal.
+  struct sigaction inherited {};
+  if (::sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
+}
+
+std::string random_name(const std::string& experiment) {
+  std::uint32_t word = 0;
+  if (::getrandom(&word, sizeof word, 0) != sizeof word) throw RunError("the kernel gives no random number for the name of the run");
+  return fmt::format("{}-{:08x}", experiment, word);
+}
+
+std::filesystem::path beside_this_program(const char* name) {
+  std::error_code failure;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
+  if (failure) throw RunError(fmt::format("cannot find where consort itself lies: {}", failure.message()));
+  return self.parent_path() / name;
+}
+
+/// Hands what the run reports to the record, to the results and to the person who waits.
+class Scribe : public RunObserver {
+ public:
+  Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
+      : experiment_(experiment), record_(std::in_place, output / "record.sqlite", experiment), results_(experiment, output) {
+    if (!quiet) progress_.emplace(experiment, style_of(STDERR_FILENO), streams::tell);
+  }
+
+  void launching(std::size_t found, std::size_t ready, std::size_t total) override {
+    if (progress_) progress_->launching(found, ready, total);
+  }
+  void run_begins(const Job& job, const RunLayouts& layouts) override {
+    if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    record_->begin_run(job, layouts);
+    unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
+    job_began_ = std::chrono::steady_clock::now();
+    for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
+    if (progress_) progress_->run_begins(job, layouts);
+  }
+  void report(const Job& job, const RoundReport& report) override {
+    round_ = report.k;
+    record_->add(job, report);
+    unfinished_->trace.add(report);
+    if (progress_) progress_->report(job, report);
+  }
+  void event(const Job& job, Round round, const std::string& kind, const std::string& text) override {
+    record_->event(job, round, kind, text);
+    if (progress_) progress_->note(fmt::format("{} in round {}: {}", kind, round, text));
+  }
+  void run_ends(const JobOutcome& outcome) override {
+    const Metrics metrics = results_.add(outcome);  // first: the record may not take it
+    unfinished_.reset();
+    keep_in_record(outcome, metrics);
+  }
+
+  void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
+
+  void remark(const std::string& text) override {
+    note(text);
+    remarks_.push_back(text);
+  }
+  void note(const std::string& text) {
+    if (progress_) progress_->note(text);
+  }
+  [[nodiscard]] Round round() const { return round_; }
+  void keep(const SessionTimes& times) { times_ = times; }
+  /// Everything so far is on the disk, and the live line is gone. Throws RunError if writing the record failed.
+  void close() {
+    if (progress_) progress_->finish();
+    record_->flush();
+  }
+  /// The record ends with what came of it. Throws RunError if writing it failed.
+  void conclude(const Summary& summary) {
+    if (!record_) return;
+    record_->conclude(summary);
+    record_->flush();
+    record_.reset();
+  }
+  /// As close(), after a failure: what the job that failed had reached counts. What cannot be written any more must not hide why it failed:
+  /// it is said in the text that is returned, which is empty if everything is on the disk.
+  std::string abandon() {
+    std::string lost;
+    if (progress_) progress_->finish();
+    try {
+      if (unfinished_ && !unfinished_->trace.rounds.empty()) {
+        unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
+        unfinished_->end = {Ending::failure, agents_by_plan(experiment_, unfinished_->trace.last_round)};
+        const Metrics metrics = results_.add(*unfinished_);
+        keep_in_record(*unfinished_, metrics);
+      }
+      if (record_) record_->flush();
+    } catch (const std::exception&) {
+      lost = fmt::format("the record holds {}; what came after it, up to round {}, is not saved", record_->saved(), round_);
+    }
+    return lost;
+  }
+  [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
+
+ private:
+  void keep_in_record(const JobOutcome& outcome, const Metrics& metrics) {
+    const Trace& trace = outcome.trace;
+    const Completeness ended = completeness(outcome.end, trace.last_round, experiment_.rounds);
+    if (!ended.complete) record_->event(outcome.job, trace.last_round, "incomplete", ended.words);
+    for (const AgentEnd& agent : outcome.end.agents)
+      if (agent.slept > 0)
+        record_->event(outcome.job, trace.last_round, "slept", fmt::format("agent {}: {} rounds", agent.agent.value, agent.slept));
+    record_->end_run(outcome, metrics);
+  }
+
+  const Experiment& experiment_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::optional<Record> record_;
+  Results results_;
+  std::optional<Progress> progress_;
+  std::vector<std::string> remarks_;  // from before the first job
+  SessionTimes times_;
+  Round round_ = 0;
+  std::optional<JobOutcome> unfinished_;  // what the job that is going on has reported
+  std::chrono::steady_clock::time_point job_began_;
+};
+
+class RunVerb : public Verb {
+ public:
+  RunVerb(CLI::App& parent, std::vector<std::string> command_line);
+  Exit execute() override;
+  Exit abandon(Exit exit, const std::string& error) override;
+
+ private:
+  void check_options() const;
+  std::filesystem::path make_output() const;
+  [[nodiscard]] RunOptions options() const;
+  Exit conclude(Summary summary) const;
+
+  std::vector<std::string> command_line_;
+  std::filesystem::path file_, output_option_;
+  std::string mode_, run_name_, interface_ = "lo";
+  ScriptOverrides overrides_;
+  std::optional<int> domain_;
+  std::vector<std::string> external_texts_;
+  std::vector<std::uint32_t> external_;  // ascending; 0: the plant
+  bool quiet_ = false, force_ = false;
+
+  Experiment experiment_;
+  std::filesystem::path output_;
+  std::optional<Scribe> scribe_;  // there from the moment the output folder holds anything
+};
+
+RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
+    : Verb(*parent.add_subcommand("run", "")), command_line_(std::move(command_line)) {
+  document(
+      app_,
+      "run an experiment\n"
+      "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
+      "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
+      "estimate (record.sqlite, see `consort export`), what theory says of it (theory.json) and one log per process (logs/). What "
+      "the command line says wins over the file.",
+      {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
+       {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
+        "A hundred simulations on all cores: mean ± std of each metric."},
+       {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
+       {"consort run ring.yaml --external 7 --name demo --domain 3",
+        "Everybody but agent 7, which is then started by hand; the line to do it with is printed, and holds the run's key (taken from "
+        "CONSORT_KEY where that is set)."}},
+      {{"0", "all criteria are met"},
+       {"1", "a criterion was not met"},
+       {"2", "bad input: the command line or the experiment file; nothing was run"},
+       {"3",
+        "an agent or the run failed, or output cannot be written; the text names it. Also: the run is incomplete, as an agent that was to "
+        "be there did not report the last round; criteria then show their values and are not met"},
+       {"4", "timed out; the text says who was missing or who waited for whom"},
+       {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
+  app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
+  app_.add_option("--mode", mode_,
+                  "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the "
+                  "wall clock, a round every dt. Default: the file's.")
+      ->type_name("MODE")
+      ->check(one_of({"simulate", "lockstep", "realtime"}));
+  const auto whole = [this](const std::string& name, auto& into, std::uint64_t low, std::uint64_t high, const std::string& meaning) {
+    app_.add_option_function<std::string>(
+            name, [&into, name, low, high](const std::string& text) { into = whole_option(name, text, low, high); }, meaning)
+        ->type_name("N");
+  };
+  constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
+  whole("--seed", overrides_.seed, 0, kAny, "Seed of every random draw. Default: the file's.");
+  whole("--rounds", overrides_.rounds, 1, std::numeric_limits<Round>::max(), "Most rounds to run. Default: the file's.");
+  whole("--runs", overrides_.runs, 1, kAny,
+        "Repetitions with the seeds N, N+1, ...; a metric is then the mean over the runs that have it, <metric>.std their "
+        "deviation, <metric>.share their share. Default: the file's.");
+  whole("--agents-per-process", overrides_.agents_per_process, 1, kAny,
+        "How many agents share a process; never changes a result. Default: the file's.");
+  app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")
+      ->type_name("DIR");
+  app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table; where nothing was run, why.");
+  app_.add_flag("--quiet", quiet_, "No table, and nothing on standard error but mistakes and failures.");
+  app_.add_flag("--force", force_, "Run also what theory refuses: estimators that cannot see what they are to estimate, for example.");
+  app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
+      ->type_name("RUN");
+  whole("--domain", domain_, 0, 230, "DDS domain, 0 to 230. Default: derived from the name.");
+  app_.add_option("--interface", interface_,
+                  "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
+      ->type_name("NAME");
+  app_.add_option("--external", external_texts_,
+                  "Agents that are started by hand, such as 7, 11-40 or 0,3,11-40, with 0 for the plant; they are waited for.")
+      ->type_name("IDS")
+      ->allow_extra_args(false);
+}
+
+void RunVerb::check_options() const {
+  const Round rounds = last_round(experiment_);
+  if (const double needed = rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
+    throw ConfigError(
+        fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; "
+                    "allowed: "
+                    "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
+                    rounds, experiment_.dt, needed, experiment_.deadline));
+  const bool struck_outside = std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
+    return std::find(external_.begin(), external_.end(), fault.agent.value) != external_.end();
+  });
+  if (struck_outside)
+    throw ConfigError(
+        "--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
+        "processes that are launched here can be");
+  if (experiment_.mode == Mode::simulate && !external_.empty())
+    throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
+  if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
+    throw ConfigError(
+        "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
+  if (experiment_.mode != Mode::simulate) {
+    if (const std::string refusal = interface_refusal(interface_); !refusal.empty()) throw ConfigError("--interface: " + refusal);
+    const auto unfit = [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '\x7f'; };
+    if (run_name_.size() > kLongestRunName || std::any_of(run_name_.begin(), run_name_.end(), unfit))
+      throw ConfigError(fmt::format("--name: found {} bytes; allowed: up to {}, without spaces", run_name_.size(), kLongestRunName));
+    if (const auto faults = configuration_faults(configuration_of_environment()); !faults.refusals.empty())
+      throw ConfigError("CYCLONEDDS_URI: " + faults.refusals.front());
+  }
+  for (const std::uint32_t id : external_) {
+    if (id == 0 && !experiment_.plant)
+      throw ConfigError("--external: found 0, the plant; allowed: agents only, the experiment has no plant");
+    if (id > experiment_.agents) throw ConfigError(fmt::format("--external: found agent {}; allowed: 1 to {}", id, experiment_.agents));
+  }
+}
+
+std::set<std::uint32_t> ids_in(const std::string& text) {
+  const std::vector<std::uint32_t> ids = parse_ids("--external", text, 0);
+  return {ids.begin(), ids.end()};
+}
+
+std::filesystem::path RunVerb::make_output() const {
+  if (output_option_.empty()) return create_results_folder("results", experiment_.name, std::time(nullptr));
+  claim_output_folder(output_option_);
+  return output_option_;
+}
+
+RunOptions RunVerb::options() const {
+  RunOptions options;
+  options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
+  options.domain = domain_.value_or(-1);
+  options.interface = interface_;
+  options.key = run_key();
+  // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
+  if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
+  options.log_directory = output_ / "logs";
+  options.agent_executable = beside_this_program("consort-agent");
+  for (const std::uint32_t id : external_) {
+    if (id == 0)
+      options.external_plant = true;
+    else
+      options.external.push_back(AgentId{id});
+  }
+  options.interrupt = &g_signal;
+  return options;
+}
+
+bool estimates(const Experiment& experiment) {
+  return std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
+                     [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
+}
+
+/// As one word of a shell's line.
+std::string shell_word(const std::string& text) {
+  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:/@%+=,";
+  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
+  return word + "'";
+}
+
+/// What to enter for each process that is not started here, as it stands.
+std::vector<std::string> commands_by_hand(const Experiment& experiment, const RunOptions& options) {
+  constexpr std::size_t kMost = 20;
+  std::vector<std::string> lines;
+  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", shell_word(options.run_name), options.domain,
+                                         options.interface == "lo" ? "" : " --interface " + options.interface, kWaitByHand);
+  const std::string key = fmt::format("{}={}", kRunKeyVariable, shell_word(options.key));
+  if (options.external_plant) lines.push_back(fmt::format("waiting for the plant: {} consort-plant {}", key, common));
+  if (options.external.empty()) return lines;
+  std::size_t processes = 0;
+  std::string others;
+  for (const ProcessPlan& process : place(experiment).processes) {
+    if (!options.by_hand(process.agents)) continue;
+    std::vector<std::uint32_t> ids;
+    for (const AgentId agent : process.agents) ids.push_back(agent.value);
+    const std::string text = to_text(ids);
+    if (++processes <= kMost)
+      lines.push_back(
+          fmt::format("waiting for agent{} {}: {} consort-agent --ids {} {}", ids.size() == 1 ? "" : "s", text, key, text, common));
+    else
+      others += (others.empty() ? "" : ", ") + ("--ids " + text);
+  }
+  if (!others.empty()) lines.push_back(fmt::format("waiting for {} more, likewise: {}", processes - kMost, others));
+  return lines;
+}
+
+Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
+
+Exit RunVerb::execute() {
+  if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
+  std::set<std::uint32_t> external;
+  for (const std::string& text : external_texts_) external.merge(ids_in(text));
+  external_.assign(external.begin(), external.end());
+  experiment_ = load_experiment(file_, overrides_);
+  check_options();
+  const std::vector<Finding> findings = examine(experiment_, Effort::of_run());
+  if (!force_) refuse_unsound(findings);
+  catch_signals();
+  output_ = make_output();
+  std::filesystem::create_directory(output_ / "logs");
+  write_file(output_ / "experiment.yaml", experiment_.resolved_text);
+  write_file(output_ / "host.json",
+             host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  scribe_.emplace(experiment_, output_, quiet_);
+  if (experiment_.mode != Mode::simulate && configuration_faults(configuration_of_environment()).no_multicast)
+    scribe_->note("CYCLONEDDS_URI turns multicast off: processes that find each other by it never will");
+  write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
+  const RunOptions run_options = options();
+  for (const std::string& line : commands_by_hand(experiment_, run_options)) scribe_->note(line);
+  scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
+                                                   : run_processes(experiment_, run_options, *scribe_));
+  scribe_->close();
+  const int signal = g_signal.load();
+  const Summary summary = signal == 0 ? scribe_->summary(Exit::ok, "")
+                                      : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
+                                                                                               signal == SIGINT ? "SIGINT" : "SIGTERM",
+                                                                                               scribe_->round(), experiment_.rounds));
+  scribe_->conclude(summary);
+  const Exit exit = conclude(summary);
+  if (signal == 0 && !summary.complete) say("incomplete: " + summary.incomplete);
+  scribe_.reset();
+  return exit;
+}
+
+Exit RunVerb::abandon(Exit exit, const std::string& error) {
+  if (!scribe_) return Verb::abandon(exit, error);
+  // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
+  if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
+  const std::string lost = scribe_->abandon();
+  const Summary summary = scribe_->summary(exit, error);
+  try {
+    scribe_->conclude(summary);
+  } catch (const RunError&) {
+    // The record may be what failed: `error` says so, and the rest is still told.
+  }
+  exit = conclude(summary);
+  if (!lost.empty()) say(lost);
+  return exit;
+}
+
+/// The results are shown whether they can be kept or not.
+Exit RunVerb::conclude(Summary summary) const {
+  std::string lost;
+  try {
+    write_file(output_ / "summary.json", to_json(summary));
+  } catch (const RunError& failure) {
+    lost = fmt::format("{}; the results are shown, but not kept there", failure.what());
+    if (summary.error.empty()) summary.error = failure.what();
+    if (summary.exit == Exit::ok || summary.exit == Exit::criterion_not_met) summary.exit = Exit::run_failed;
+  }
+  if (json_ || !quiet_) streams::put(json_ ? to_json(summary) : render(summary, style_of(STDOUT_FILENO)));
+  if (!lost.empty()) say(lost);
+  return summary.exit;
+}
+
+}  // namespace
+
+std::unique_ptr<Verb> make_run_verb(CLI::App& parent, std::vector<std::string> command_line) {
+  return std::make_unique<RunVerb>(parent, std::move(command_line));
+}
+
+}  // namespace consort

@@ -1,0 +1,40 @@
+#pragma once
+/// The topology part of the experiment file: edges, graph families, schedules, link events.
+
+#include "core/network/schedule.hpp"
+#include "orchestrator/script/yaml.hpp"
+
+#include <string>
+#include <vector>
+
+namespace consort {
+
+/// A graph family or schedule of the experiment file, for `consort list topologies`.
+struct TopologyEntry {
+  std::string_view name;
+  std::string_view form;     ///< how it is written in the file
+  std::string_view summary;  ///< one line
+};
+std::span<const TopologyEntry> topology_table();
+
+}  // namespace consort
+
+namespace consort::script {
+
+struct TopologyRead {
+  Schedule::Spec spec;
+  std::string text;      ///< as the user would say it, e.g. "random_pairs(dwell 1..8)"
+  YAML::Node canonical;  ///< every default written out, seeds included
+};
+
+/// Reads a whole topology. `seed` is what random families take if they name none of their own.
+std::optional<TopologyRead> read_topology(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents, Seed seed);
+
+/// "1 -> 2", "2 <-> 3" or a chain. A text that is no edge, an agent outside 1..agents and a self-loop are mistakes.
+std::vector<Edge> read_edge(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents);
+/// A list of those; an edge that occurs twice is a mistake.
+std::vector<Edge> read_edges(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents);
+
+std::string edge_text(Edge edge);
+
+}  // namespace consort::script

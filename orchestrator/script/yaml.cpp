@@ -1,0 +1,301 @@
+#include "orchestrator/script/yaml.hpp"
+
+#include "core/number_text.hpp"
+#include "orchestrator/script/wording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+
+namespace consort::script {
+
+namespace {
+constexpr std::size_t kMostTold = 50;    // mistakes of a file, at once
+constexpr std::size_t kMostShown = 100;  // bytes of what stands in it
+}  // namespace
+
+void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
+  add(file_, mark.is_null() ? 1 : static_cast<std::size_t>(mark.line) + 1, mark.is_null() ? 1 : static_cast<std::size_t>(mark.column) + 1,
+      text);
+}
+
+void Mistakes::add(const std::string& file, std::size_t line, std::size_t column, const std::string& text) {
+  found_.push_back({file, line, column, text});
+}
+
+void Mistakes::raise() const {
+  if (found_.empty()) return;
+  auto sorted = found_;
+  std::stable_sort(sorted.begin(), sorted.end(), [this](const Entry& a, const Entry& b) {
+    return std::tuple(a.file != file_, a.file, a.line, a.column) < std::tuple(b.file != file_, b.file, b.line, b.column);
+  });
+  std::string text;
+  const std::size_t told = std::min(sorted.size(), kMostTold);
+  for (const auto& entry : std::span(sorted).first(told)) {
+    if (!text.empty()) text += '\n';
+    text += fmt::format("{}:{}:{}: {}", entry.file, entry.line, entry.column, entry.text);
+  }
+  if (told < sorted.size()) text += fmt::format("\n... and {} more", sorted.size() - told);
+  throw PlacedError(text);
+}
+
+std::optional<std::size_t> first_byte_not_utf8(std::string_view text) {
+  const auto byte = [&](std::size_t at) { return at < text.size() ? static_cast<unsigned char>(text[at]) : 0u; };
+  for (std::size_t at = 0; at < text.size();) {
+    const unsigned lead = byte(at);
+    const std::size_t more = lead < 0x80                   ? 0
+                             : lead >= 0xc2 && lead < 0xe0 ? 1
+                             : lead >= 0xe0 && lead < 0xf0 ? 2
+                             : lead >= 0xf0 && lead < 0xf5 ? 3
+                                                           : 4;
+    if (more == 4) return at;
+    for (std::size_t i = 1; i <= more; ++i)
+      if (byte(at + i) < 0x80 || byte(at + i) > 0xbf) return at;
+    const unsigned second = byte(at + 1);
+    const bool overlong = (lead == 0xe0 && second < 0xa0) || (lead == 0xf0 && second < 0x90);
+    const bool outside = (lead == 0xed && second > 0x9f) || (lead == 0xf4 && second > 0x8f);  // surrogates; beyond U+10FFFF
+    if (overlong || outside) return at;
+    at += more + 1;
+  }
+  return std::nullopt;
+}
+
+std::string describe(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      if (node.Scalar().empty()) return "empty text";
+      return plain_number(node) || plain_switch(node) ? shown(node.Scalar()) : fmt::format("text '{}'", shown(node.Scalar()));
+    case YAML::NodeType::Sequence:
+      return node.size() == 0 ? "an empty list" : fmt::format("a list of {}", node.size());
+    case YAML::NodeType::Map:
+      return "a mapping";
+    default:
+      return "nothing";
+  }
+}
+
+std::string shown(std::string_view text) {
+  const auto begins_character = [text](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0u) != 0x80u; };
+  std::size_t end = std::min(text.size(), kMostShown);
+  while (end > 0 && end < text.size() && !begins_character(end)) --end;
+  std::string out;
+  const bool utf8 = !first_byte_not_utf8(text.substr(0, end));
+  for (const char c : text.substr(0, end)) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x20 || byte == 0x7f || (byte >= 0x80 && !utf8))
+      out += fmt::format("\\x{:02x}", byte);
+    else
+      out += c;
+  }
+  return end == text.size() ? out : out + fmt::format("... ({} bytes)", text.size());
+}
+
+std::string number_text(double value) {
+  char buffer[64];
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
+  return std::string(buffer, end);
+}
+
+namespace {
+
+// "!" is yaml-cpp's tag of a quoted scalar.
+bool plain(const YAML::Node& node) { return node.IsDefined() && node.IsScalar() && node.Tag() != "!"; }
+
+}  // namespace
+
+std::optional<double> finite_number(std::string_view text) {
+  const auto value = parse_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::optional<double> plain_number(const YAML::Node& node) { return plain(node) ? finite_number(node.Scalar()) : std::nullopt; }
+
+std::optional<bool> plain_switch(const YAML::Node& node) {
+  if (!plain(node)) return std::nullopt;
+  if (node.Scalar() == "true") return true;
+  if (node.Scalar() == "false") return false;
+  return std::nullopt;
+}
+
+std::optional<std::uint64_t> whole_number(const YAML::Node& node) {
+  return plain(node) ? parse_number<std::uint64_t>(node.Scalar()) : std::nullopt;
+}
+
+std::string Range::text() const {
+  const bool below = std::isfinite(low), above = std::isfinite(high);
+  if (below && above) return fmt::format("a number {} {} to {}", low_open ? "above" : "from", number_text(low), number_text(high));
+  if (below) return fmt::format("a number {} {}", low_open ? "above" : "from", number_text(low)) + (low_open ? "" : " up");
+  return "a finite number";
+}
+
+std::optional<double> read_number(Mistakes& mistakes, const YAML::Node& node, const std::string& what, Range range) {
+  const auto value = plain_number(node);
+  if (value && range.holds(*value)) return value;
+  mistakes.add(node, fmt::format("{}: found {}; allowed: {}", what, describe(node), range.text()));
+  return std::nullopt;
+}
+
+std::optional<std::uint64_t> read_whole(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::uint64_t low,
+                                        std::uint64_t high) {
+  const auto value = whole_number(node);
+  if (value && *value >= low && *value <= high) return value;
+  mistakes.add(node, fmt::format("{}: found {}; allowed: a whole number from {} to {}", what, describe(node), low, high));
+  return std::nullopt;
+}
+
+std::optional<std::string> read_text(Mistakes& mistakes, const YAML::Node& node, const std::string& what) {
+  const bool quotes = plain_number(node) || plain_switch(node);
+  if (node.IsScalar() && !node.Scalar().empty() && !quotes) return node.Scalar();
+  mistakes.add(node, fmt::format("{}: found {}; allowed: text{}", what, describe(node), quotes ? ", in quotes" : ""));
+  return std::nullopt;
+}
+
+std::optional<std::size_t> read_choice(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                       std::span<const std::string> choices) {
+  if (node.IsScalar()) {
+    const auto it = std::find(choices.begin(), choices.end(), node.Scalar());
+    if (it != choices.end()) return static_cast<std::size_t>(it - choices.begin());
+  }
+  mistakes.add(node, fmt::format("{}: found {}; allowed: {}{}", what, describe(node), listed(choices),
+                                 node.IsScalar() ? did_you_mean(node.Scalar(), choices) : ""));
+  return std::nullopt;
+}
+
+namespace {
+
+std::optional<double> read_entry(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool switches) {
+  if (switches)
+    if (const auto on = plain_switch(node)) return *on ? 1.0 : 0.0;
+  if (const auto value = plain_number(node)) return value;
+  mistakes.add(node, fmt::format("{}: found {}; allowed: a finite number{}", what, describe(node), switches ? ", true or false" : ""));
+  return std::nullopt;
+}
+
+std::optional<Matrix> read_rows(Mistakes& mistakes, const YAML::Node& node, const std::string& what) {
+  const std::size_t columns = node[0].IsSequence() ? node[0].size() : 0;
+  Matrix out(static_cast<Eigen::Index>(node.size()), static_cast<Eigen::Index>(columns));
+  bool good = true;
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    const YAML::Node row = node[i];
+    if (!row.IsSequence() || row.size() != columns || columns == 0) {
+      mistakes.add(row, fmt::format("{}: found {} as row {}; allowed: a matrix, rows of equal length ({} numbers as in row 1)", what,
+                                    describe(row), i + 1, columns));
+      return std::nullopt;
+    }
+    for (std::size_t j = 0; j < columns; ++j) {
+      const auto entry = read_entry(mistakes, row[j], what, false);
+      if (entry) out(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = *entry;
+      good = good && entry;
+    }
+  }
+  return good ? std::optional(out) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Matrix> read_matrix(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool switches) {
+  mistakes.at(node.Mark());
+  if (!node.IsSequence()) {
+    if (!node.IsScalar()) {
+      mistakes.add(node, fmt::format("{}: found {}; allowed: a number, a list of numbers or a list of rows", what, describe(node)));
+      return std::nullopt;
+    }
+    const auto value = read_entry(mistakes, node, what, switches);
+    return value ? std::optional<Matrix>(Matrix::Constant(1, 1, *value)) : std::nullopt;
+  }
+  if (node.size() == 0) {
+    mistakes.add(node, fmt::format("{}: found an empty list; allowed: a number, a list of numbers or a list of rows", what));
+    return std::nullopt;
+  }
+  if (std::any_of(node.begin(), node.end(), [](const YAML::Node& entry) { return entry.IsSequence(); }))
+    return read_rows(mistakes, node, what);
+  Matrix out(static_cast<Eigen::Index>(node.size()), 1);
+  bool good = true;
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    const auto entry = read_entry(mistakes, node[i], what, false);
+    if (entry) out(static_cast<Eigen::Index>(i), 0) = *entry;
+    good = good && entry;
+  }
+  return good ? std::optional(out) : std::nullopt;
+}
+
+std::optional<Seconds> read_duration(Mistakes& mistakes, const YAML::Node& node, const std::string& what, bool zero) {
+  const std::string_view allowed = zero ? "a number of seconds from 0 up, or a text such as '60 s', '500 ms', '2 min'"
+                                        : "a number of seconds above 0, or a text such as '60 s', '500 ms', '2 min'";
+  double factor = 1.0;
+  std::optional<double> value;
+  if (node.IsScalar()) {
+    std::string_view text = node.Scalar();
+    const auto trim = [&text] {
+      while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+      while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+    };
+    trim();
+    for (const auto& [unit, seconds] : {std::pair<std::string_view, double>{"ms", 1e-3}, {"min", 60.0}, {"s", 1.0}}) {
+      if (!text.ends_with(unit)) continue;
+      text.remove_suffix(unit.size());
+      factor = seconds;
+      break;
+    }
+    trim();
+    value = parse_number<double>(text);
+  }
+  if (value && (*value > 0.0 || (zero && *value == 0.0)) && std::isfinite(*value * factor)) return *value * factor;
+  mistakes.add(node, fmt::format("{}: found {}; allowed: {}", what, describe(node), allowed));
+  return std::nullopt;
+}
+
+double first_round_from(double rounds) {
+  const double nearest = std::round(rounds);
+  return std::abs(rounds - nearest) <= 1e-9 * std::max(nearest, 1.0) ? nearest : std::ceil(rounds);
+}
+
+void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
+  if (node.IsSequence())
+    for (const auto& entry : node) check_duplicate_keys(mistakes, entry);
+  if (!node.IsMap()) return;
+  std::map<std::string, YAML::Mark> seen;
+  for (const auto& entry : node) {
+    if (entry.first.IsScalar()) {
+      const auto [it, fresh] = seen.emplace(entry.first.Scalar(), entry.first.Mark());
+      if (!fresh)
+        mistakes.add(entry.first, fmt::format("found the key '{}' a second time (first in line {}); allowed: each key once",
+                                              shown(it->first), it->second.line + 1));
+    }
+    check_duplicate_keys(mistakes, entry.second);
+  }
+}
+
+Section::Section(Mistakes& mistakes, const YAML::Node& node, std::string what, std::string_view schema_pointer)
+    : mistakes_(mistakes), node_(node), what_(std::move(what)), is_map_(node.IsDefined() && node.IsMap()) {
+  mistakes_.at(node_.Mark());
+  const auto keys = schema_keys(schema_pointer);
+  const std::string name = what_.empty() ? "the experiment" : what_;
+  if (!is_map_) {
+    mistakes_.add(node_, fmt::format("{}: found {}; allowed: a mapping with the keys {}", name, describe(node_), listed(keys)));
+    return;
+  }
+  for (const auto& entry : node_) {
+    if (!entry.first.IsScalar()) {
+      mistakes_.add(entry.first, fmt::format("{}: found {} as a key; allowed: {}", name, describe(entry.first), listed(keys)));
+    } else if (const std::string& key = entry.first.Scalar(); std::find(keys.begin(), keys.end(), key) == keys.end()) {
+      if (what_.empty() && key.starts_with("x-")) continue;  // holds anchors for the rest of the file
+      mistakes_.add(entry.first, fmt::format("{}: found the unknown key '{}'; allowed: {}{}{}", name, shown(key), listed(keys),
+                                             what_.empty() ? ", x-... for anchors" : "", did_you_mean(key, keys)));
+    }
+  }
+}
+
+YAML::Node Section::find(const std::string& key) const { return is_map_ ? node_[key] : YAML::Node(YAML::NodeType::Undefined); }
+
+YAML::Node Section::required(const std::string& key) const {
+  const YAML::Node found = find(key);
+  if (is_map_ && !found.IsDefined())
+    mistakes_.add(node_, fmt::format("{}: found no '{}'; allowed: it must be given", what_.empty() ? "the experiment" : what_, key));
+  return found;
+}
+
+}  // namespace consort::script
