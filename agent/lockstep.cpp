@@ -18,7 +18,7 @@ std::string two_masters(Round round) {
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 constexpr Round kForever = std::numeric_limits<Round>::max();
 
-std::vector<AgentId> senders_of(const wire::Member& member, std::uint32_t agents) {
+std::vector<AgentId> senders_of(const MemberTask& member, std::uint32_t agents) {
   if (!member.hears_everyone) return member.in_neighbours;
   std::vector<AgentId> everyone;
   for (std::uint32_t id = 1; id <= agents; ++id) {
@@ -29,7 +29,7 @@ std::vector<AgentId> senders_of(const wire::Member& member, std::uint32_t agents
 
 }  // namespace
 
-Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act)
+Lockstep::Lockstep(const Assignment& run, std::span<const MemberTask> members, Send send, Act act)
     : agents_(run.agents),
       dt_(run.dt),
       rounds_(run.rounds),
@@ -40,7 +40,7 @@ Lockstep::Lockstep(const wire::Assignment& run, std::span<const wire::Member> me
       listeners_(run.agents) {
   const ProtocolEntry& entry = find_protocol(run.protocol);
   members_.reserve(members.size());
-  for (const wire::Member& assigned : members) {
+  for (const MemberTask& assigned : members) {
     const auto index = static_cast<std::uint32_t>(members_.size());
     auto protocol = entry.make(run.parameters.overridden_by(assigned.parameters),
                                Setup{assigned.agent, run.agents, run.dt, assigned.initial, assigned.model, assigned.measurements,
@@ -125,12 +125,12 @@ std::shared_ptr<const Lockstep::Topology> Lockstep::topology_from(std::vector<We
   return topology;
 }
 
-void Lockstep::grant(const wire::Grant& grant) {
+void Lockstep::grant(const Grant& grant) {
   if (!segments_.empty() && grant.until <= until_ && grant.report_at <= report_at_) return;
   Round slowest_round = kForever;
   for (const Member& member : members_) slowest_round = std::min(slowest_round, member.k);
   while (segments_.size() > 1 && segments_[1].first <= slowest_round) segments_.pop_front();
-  for (const wire::Segment& segment : grant.segments) {
+  for (const GrantedSegment& segment : grant.segments) {
     if (!segments_.empty() && segments_.back().first >= segment.first) throw RunError(two_masters(segment.first));
     if (segment.graph >= graphs_.size()) graphs_.resize(segment.graph + 1);
     if (segment.stated) graphs_[segment.graph] = topology_from(*segment.stated);
@@ -216,7 +216,7 @@ void Lockstep::deliver(Member& member, std::uint32_t index, AgentId from, Round 
   if (--member.missing == 0) ready_.push_back(index);
 }
 
-bool Lockstep::receive(const wire::Information& message) {
+bool Lockstep::receive(const Information& message) {
   if (index_of(message.sender) >= listeners_.size()) return false;
   const auto& listeners = listeners_[index_of(message.sender)];
   for (const std::uint32_t index : listeners) deliver(members_[index], index, message.sender, message.round, message.values);
@@ -258,7 +258,7 @@ void Lockstep::add_report(Member& member) {
   member.protocol->recorded(std::span(recorded).last(member.recorded.size()));
 }
 
-void Lockstep::check_length(const wire::Measurement& measurement) const {
+void Lockstep::check_length(const Measurement& measurement) const {
   std::size_t expected = 0;
   for (const Member& member : members_)
     if (member.attendance.holds(measurement.round)) expected += member.told_by_plant();
@@ -268,7 +268,7 @@ void Lockstep::check_length(const wire::Measurement& measurement) const {
   }
 }
 
-void Lockstep::receive(const wire::Measurement& measurement) {
+void Lockstep::receive(const Measurement& measurement) {
   if (!measured_.empty() && measurement.round <= measured_.back().round) return;
   check_length(measurement);
   measured_.push_back({measurement.round, {measurement.values.begin(), measurement.values.end()}});
@@ -343,27 +343,27 @@ void Lockstep::advance() {
   }
 }
 
-std::vector<wire::MemberReport> Lockstep::take_all() {
+std::vector<MemberReport> Lockstep::take_all() {
   for (Member& member : members_)
     if (member.report.rounds.empty() || member.report.rounds.back() != member.k) add_report(member);
   whole_ = false;
   return take_reports();
 }
 
-std::vector<wire::MemberReport> Lockstep::take_reports() {
+std::vector<MemberReport> Lockstep::take_reports() {
   if (whole_report_due()) return take_all();
-  std::vector<wire::MemberReport> reports;
+  std::vector<MemberReport> reports;
   reports.reserve(members_.size());
   for (Member& member : members_) {
-    wire::MemberReport fresh{.agent = member.id, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}, .slept = member.report.slept};
+    MemberReport fresh{.agent = member.id, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}, .slept = member.report.slept};
     reports.push_back(std::exchange(member.report, std::move(fresh)));
   }
   report_due_ = false;
   return reports;
 }
 
-std::vector<wire::LinkReport> Lockstep::links() const {
-  std::vector<wire::LinkReport> links;
+std::vector<LinkReport> Lockstep::links() const {
+  std::vector<LinkReport> links;
   for (const Member& member : members_) {
     for (const AgentId from : member.mailbox.senders()) {
       const LinkCounters counters = member.mailbox.counters(from);

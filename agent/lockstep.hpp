@@ -23,18 +23,18 @@ class Lockstep {
 
   /// Throws ConfigError where a protocol refuses its values. `members` are hosted here; `run` holds what is common. `act` is called only
   /// if the run steers a plant.
-  Lockstep(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
+  Lockstep(const Assignment& run, std::span<const MemberTask> members, Send send, Act act = {});
   virtual ~Lockstep() = default;
   Lockstep(const Lockstep&) = delete;
   Lockstep& operator=(const Lockstep&) = delete;
 
   /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing. Throws RunError if the grant refers to a
   /// graph that was never stated.
-  virtual void grant(const wire::Grant& grant);
+  virtual void grant(const Grant& grant);
   /// Takes a remote agent's message; true if it was new and expected by somebody here.
-  bool receive(const wire::Information& message);
+  bool receive(const Information& message);
   /// Takes what the plant lets the members measure in one round. Throws RunError if it has another length than the members expect.
-  virtual void receive(const wire::Measurement& measurement);
+  virtual void receive(const Measurement& measurement);
   /// Takes what an agent announced. Before a round runs, everything must be here that its members are told by then.
   void learn(AgentId agent, const Values& announcement);
   /// These agents, none of them a member, are gone: what has come of them still counts; nobody waits for them.
@@ -46,12 +46,12 @@ class Lockstep {
   [[nodiscard]] bool report_due() const { return report_due_; }
   /// The report that is due says how each member stands, and its links.
   [[nodiscard]] bool whole_report_due() const { return report_due_ && whole_; }
-  std::vector<wire::MemberReport> take_reports();
+  std::vector<MemberReport> take_reports();
   /// What has not been reported yet, and how each member stands.
-  std::vector<wire::MemberReport> take_all();
+  std::vector<MemberReport> take_all();
   /// Every member has left: no round is to come.
   [[nodiscard]] bool over() const { return left_ == members_.size(); }
-  [[nodiscard]] std::vector<wire::LinkReport> links() const;
+  [[nodiscard]] std::vector<LinkReport> links() const;
   [[nodiscard]] const Protocol& protocol(std::size_t member) const { return *members_[member].protocol; }
   [[nodiscard]] const Layout& recorded_layout(std::size_t member) const { return members_[member].recorded; }
 
@@ -94,7 +94,7 @@ class Lockstep {
     Mailbox mailbox;
     std::vector<double> payload, estimate;
     Layout recorded;  // what its reports hold beside the estimate
-    wire::MemberReport report;
+    MemberReport report;
     HistoryHash hash;
     AgentCounters counters;
     Round k = 0;
@@ -110,7 +110,7 @@ class Lockstep {
   std::shared_ptr<const Topology> topology_from(std::vector<WeightedEdge> edges) const;
   /// False where no grant has told the graph of its round.
   bool find_topology(Member& member) const;
-  void check_length(const wire::Measurement& measurement) const;
+  void check_length(const Measurement& measurement) const;
   [[nodiscard]] bool find_measurement(std::size_t index);
   void steer(std::size_t index);
   [[nodiscard]] Sense sense_of(const Member& member) const;

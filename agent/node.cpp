@@ -27,8 +27,8 @@ Node::Node(const wire::Participant& participant, NodeOptions options)
       presence_(participant, liveliness_lease()),
       layouts_(participant),
       telemetry_(participant),
-      assignments_(participant, [this](wire::Assignment&& part) { on_assignment(std::move(part)); }),
-      grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
+      assignments_(participant, [this](Assignment&& part) { on_assignment(std::move(part)); }),
+      grants_(participant, [this](Grant&& grant) { on_grant(std::move(grant)); }),
       commands_(
           participant, [this](wire::Command&& command) { on_command(command); }, [this](std::size_t n) { on_orchestrator(n); }) {
   check(!options_.agents.empty() && std::is_sorted(options_.agents.begin(), options_.agents.end()), "a process hosts agents, ascending");
@@ -36,14 +36,14 @@ Node::Node(const wire::Participant& participant, NodeOptions options)
 
 Node::~Node() = default;
 
-void Node::on_assignment(wire::Assignment&& part) {
+void Node::on_assignment(Assignment&& part) {
   guarded([&] {
     if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
-    std::erase_if(part.members, [&](const wire::Member& member) {
+    std::erase_if(part.members, [&](const MemberTask& member) {
       return !std::binary_search(options_.agents.begin(), options_.agents.end(), member.agent);
     });
     // Who comes back may be told first what an earlier stay was told.
-    const auto outdated = [&](const wire::Member& member) { return member.presence.from < options_.first_round; };
+    const auto outdated = [&](const MemberTask& member) { return member.presence.from < options_.first_round; };
     if (part.epoch == options_.first_epoch && std::any_of(part.members.begin(), part.members.end(), outdated)) return;
     if (part.epoch > newest_epoch_) parts_.clear();
     newest_epoch_ = part.epoch;
@@ -54,7 +54,7 @@ void Node::on_assignment(wire::Assignment&& part) {
   });
 }
 
-void Node::on_grant(wire::Grant&& grant) {
+void Node::on_grant(Grant&& grant) {
   guarded([&] {
     if (lockstep_ && grant.epoch == epoch_)
       take(grant);
@@ -63,7 +63,7 @@ void Node::on_grant(wire::Grant&& grant) {
   });
 }
 
-void Node::take(const wire::Grant& grant) {
+void Node::take(const Grant& grant) {
   if (finish_) return;
   lockstep_->grant(grant);
   if (realtime_ && !pacer_) start_clock(grant);
@@ -72,10 +72,10 @@ void Node::take(const wire::Grant& grant) {
 }
 
 /// Without a plant a round ends when the next one begins, so that messages have one dt to travel. With one, its measurement comes first.
-void Node::start_clock(const wire::Grant& grant) {
-  const wire::Assignment& run = parts_.begin()->second;
+void Node::start_clock(const Grant& grant) {
+  const Assignment& run = parts_.begin()->second;
   Round first = run.rounds;
-  for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
+  for (const MemberTask& member : members_) first = std::min(first, member.presence.from);
   const auto call = [this](std::size_t phase, Round k) { beat(phase, k); };
   events_before_ = reader_events();
   if (run.plant)
@@ -87,7 +87,7 @@ void Node::start_clock(const wire::Grant& grant) {
 void Node::beat(std::size_t phase, Round k) {
   guarded([&] {
     if (!realtime_ || finish_) return;
-    const wire::Assignment& run = parts_.begin()->second;
+    const Assignment& run = parts_.begin()->second;
     if (run.plant) {
       if (phase == 0)
         realtime_->begin_round(k);
@@ -102,7 +102,7 @@ void Node::beat(std::size_t phase, Round k) {
 
 void Node::on_information(wire::InformationReader::Burst& burst) {
   guarded([&] {
-    wire::Information message;
+    Information message;
     while (burst.next(message)) {
       if (message.epoch == kGreeting)
         on_greeting(message.sender);
@@ -121,7 +121,7 @@ void Node::on_greeting(AgentId sender) {
   wake_.notify_one();
 }
 
-void Node::on_measurement(const wire::Measurement& measurement) {
+void Node::on_measurement(const Measurement& measurement) {
   guarded([&] {
     if (measurement.epoch == kGreeting) {
       plant_greeted_us_ = true;
@@ -153,10 +153,10 @@ void Node::come_back(std::span<const AgentId> agents, Round round) {
   ready_until_ = std::min(ready_until_, round);
 }
 
-void Node::on_announcement(wire::Layouts&& layouts) {
+void Node::on_announcement(Layouts&& layouts) {
   guarded([&] {
     if (std::binary_search(options_.agents.begin(), options_.agents.end(), layouts.agent)) return;  // our own, come back
-    wire::Layouts& known = announced_[layouts.agent];
+    Layouts& known = announced_[layouts.agent];
     if (known.epoch >= layouts.epoch) return;
     known = std::move(layouts);
     if (known.epoch != epoch_ || !lockstep_) return;  // begin_run takes what is ahead
@@ -238,18 +238,18 @@ void Node::begin_run(Lock& lock) {
   for (auto& [number, part] : parts_) std::move(part.members.begin(), part.members.end(), std::back_inserter(members_));
   const std::uint32_t process = options_.agents.front().value;
   const bool placed_here =
-      std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) { return member.process == process; });
+      std::all_of(members_.begin(), members_.end(), [&](const MemberTask& member) { return member.process == process; });
   if (members_.size() != options_.agents.size() || !placed_here) {
     throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
-  std::sort(members_.begin(), members_.end(), [](const wire::Member& a, const wire::Member& b) { return a.agent < b.agent; });
+  std::sort(members_.begin(), members_.end(), [](const MemberTask& a, const MemberTask& b) { return a.agent < b.agent; });
   Lockstep::Send send = [this](std::size_t member, Round round, std::span<const double> payload) {
     if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
   };
   Lockstep::Act act = [this, process](Round round, std::span<const double> controls) {
     actuations_->write({*epoch_, process, round, controls});
   };
-  const wire::Assignment& run = parts_.begin()->second;
+  const Assignment& run = parts_.begin()->second;
   realtime_ = nullptr;
   if (run.realtime) {
     auto rounds = std::make_unique<Realtime>(run, members_, std::move(send), std::move(act));
@@ -268,14 +268,14 @@ void Node::begin_run(Lock& lock) {
   // Whoever joins a run that is under way may hear how it stands before it is ready to.
   if (lost_early_ && lost_early_->epoch == epoch) depart(lost_early_->agents);
   if (realtime_ && granted_early_ && granted_early_->epoch == epoch) take(*granted_early_);  // in lockstep it is told again
-  std::vector<wire::Layouts> layouts;
+  std::vector<Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     const Protocol& protocol = lockstep_->protocol(m);
     layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout(), protocol.announcement(),
                        lockstep_->recorded_layout(m)});
   }
   lock.unlock();
-  for (const wire::Layouts& layout : layouts) {
+  for (const Layouts& layout : layouts) {
     layouts_.write(layout);
     if (announcements_) announcements_->write(layout);
   }
@@ -291,8 +291,7 @@ void Node::meet_announcers(Lock& lock) {
   lock.unlock();  // creating endpoints calls back
   if (first) announcements_.emplace(participant_, options_.agents);
   std::optional<wire::AnnouncementReader> listening;
-  if (first && !heard.empty())
-    listening.emplace(participant_, heard, [this](wire::Layouts&& layouts) { on_announcement(std::move(layouts)); });
+  if (first && !heard.empty()) listening.emplace(participant_, heard, [this](Layouts&& layouts) { on_announcement(std::move(layouts)); });
   lock.lock();
   if (listening) announcement_readers_.push_back(std::move(*listening));
   for (const auto& [agent, layouts] : announced_) {
@@ -304,12 +303,12 @@ void Node::meet_announcers(Lock& lock) {
 
 /// What others announced goes on to those that read us.
 void Node::pass_on(Lock& lock) {
-  std::vector<wire::Layouts> layouts;
+  std::vector<Layouts> layouts;
   if (parts_.begin()->second.relays)
     for (const AgentId agent : to_pass_on_) layouts.push_back(announced_.at(agent));
   to_pass_on_.clear();
   lock.unlock();
-  for (const wire::Layouts& each : layouts) announcements_->write(each);
+  for (const Layouts& each : layouts) announcements_->write(each);
   lock.lock();
 }
 
@@ -320,7 +319,7 @@ void Node::meet_neighbours(Lock& lock) {
   std::vector<std::pair<std::size_t, AgentId>> new_writers;
   const std::uint32_t agents = parts_.begin()->second.agents;
   for (std::size_t m = 0; m < members_.size(); ++m) {
-    const wire::Member& member = members_[m];
+    const MemberTask& member = members_[m];
     if (member.hears_everyone) {
       for (std::uint32_t id = 1; id <= agents; ++id) wanted.push_back(AgentId{id});
     } else {
@@ -376,7 +375,7 @@ void Node::meet_neighbours(Lock& lock) {
 
 /// Creates the ends of the closed loop, if there is one and an earlier run of the session did not.
 void Node::meet_plant(Lock& lock) {
-  const wire::Assignment& run = parts_.begin()->second;
+  const Assignment& run = parts_.begin()->second;
   if (!run.plant) return;
   const std::uint32_t process = options_.agents.front().value;
   const bool steers = run.steers;
@@ -384,7 +383,7 @@ void Node::meet_plant(Lock& lock) {
   lock.unlock();  // creating endpoints calls back
   if (!measurements_)
     measurements_.emplace(
-        participant_, process, [this](const wire::Measurement& measurement) { on_measurement(measurement); }, delivery_);
+        participant_, process, [this](const Measurement& measurement) { on_measurement(measurement); }, delivery_);
   std::optional<wire::ActuationWriter> created;
   if (steers && !actuations_) {
     created.emplace(
@@ -407,7 +406,7 @@ void Node::meet_plant(Lock& lock) {
 bool Node::may_greet() const {
   if (!lockstep_ || (information_.empty() && !actuations_) || (actuations_ && !plant_found_)) return false;
   if (!gone_.empty()) return true;
-  return std::all_of(members_.begin(), members_.end(), [&](const wire::Member& member) {
+  return std::all_of(members_.begin(), members_.end(), [&](const MemberTask& member) {
     const auto readers = readers_of_.find(member.agent);
     return member.remote_readers == 0 || (readers != readers_of_.end() && readers->second >= member.remote_readers);
   });
@@ -423,7 +422,7 @@ void Node::greet() {
 /// still told the newest of the rounds before it.)
 bool Node::greeting_needed() const {
   if (!lockstep_ || (information_.empty() && !actuations_)) return false;
-  return std::any_of(members_.begin(), members_.end(), [until = lockstep_->granted_until()](const wire::Member& member) {
+  return std::any_of(members_.begin(), members_.end(), [until = lockstep_->granted_until()](const MemberTask& member) {
     return member.presence.from >= until || (!member.late_readers.empty() && member.late_readers.back() >= until);
   });
 }
@@ -432,13 +431,13 @@ bool Node::greeting_needed() const {
 /// reads it from the start has been found, and so has the plant. 0: not even the first.
 Round Node::met_until() const {
   if (!lockstep_) return 0;
-  const wire::Assignment& run = parts_.begin()->second;
+  const Assignment& run = parts_.begin()->second;
   if ((!information_.empty() || actuations_) && !may_greet()) return 0;
   if (run.plant && !plant_greeted_us_) return 0;
   Round until = std::numeric_limits<Round>::max();
   Round first = until;  // of this process
-  for (const wire::Member& member : members_) first = std::min(first, member.presence.from);
-  for (const wire::Member& member : members_) {
+  for (const MemberTask& member : members_) first = std::min(first, member.presence.from);
+  for (const MemberTask& member : members_) {
     for (const Told& told : member.told) {
       const auto announced = announced_.find(told.from);
       const bool here = std::binary_search(options_.agents.begin(), options_.agents.end(), told.from);
@@ -460,10 +459,10 @@ Round Node::met_until() const {
 /// Why met_until() says 0, for a person.
 std::string Node::unmet() const {
   if (!lockstep_) return "has no assignment yet";
-  const wire::Assignment& run = parts_.begin()->second;
+  const Assignment& run = parts_.begin()->second;
   std::string text;
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
-  for (const wire::Member& member : members_) {
+  for (const MemberTask& member : members_) {
     const auto readers = readers_of_.find(member.agent);
     const std::size_t found = readers == readers_of_.end() ? 0 : readers->second;
     if (gone_.empty() && found < member.remote_readers)
@@ -483,7 +482,7 @@ void Node::send_reports(Lock& lock, bool last) {
   wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, participant_.take_refusals(), lockstep_->slowest().round};
   if (last || lockstep_->whole_report_due()) telemetry.links = lockstep_->links();
   telemetry.members = lockstep_->take_reports();
-  const auto silent = [](const wire::MemberReport& report) { return report.rounds.empty(); };
+  const auto silent = [](const MemberReport& report) { return report.rounds.empty(); };
   const bool nothing = std::all_of(telemetry.members.begin(), telemetry.members.end(), silent) && telemetry.refusals.empty();
   if (realtime_ && !last && nothing) return;
   if (last && realtime_) telemetry.network = realtime_->network();

@@ -30,12 +30,12 @@ class Node final : public RunMember {
 
  private:
   // Called on DDS's receive threads.
-  void on_assignment(wire::Assignment&& part);
-  void on_grant(wire::Grant&& grant);
+  void on_assignment(Assignment&& part);
+  void on_grant(Grant&& grant);
   void on_information(wire::InformationReader::Burst& burst);
   void on_greeting(AgentId sender);
-  void on_measurement(const wire::Measurement& measurement);
-  void on_announcement(wire::Layouts&& layouts);
+  void on_measurement(const Measurement& measurement);
+  void on_announcement(Layouts&& layouts);
   void depart(std::span<const AgentId> agents) override;
   void come_back(std::span<const AgentId> agents, Round round) override;
 
@@ -51,8 +51,8 @@ class Node final : public RunMember {
   void send_reports(Lock& lock, bool last);
   void take_leave(Lock& lock);
   void announce(Lock& lock, wire::State state, const std::string& note = {});
-  void take(const wire::Grant& grant);
-  void start_clock(const wire::Grant& grant);
+  void take(const Grant& grant);
+  void start_clock(const Grant& grant);
   void beat(std::size_t phase, Round k);
   [[nodiscard]] Performance performance() const;
   [[nodiscard]] wire::ReaderEvents reader_events() const;
@@ -66,13 +66,13 @@ class Node final : public RunMember {
   std::string host_;
 
   // Guarded by the lock, as all that follows.
-  std::map<std::uint32_t, wire::Assignment> parts_;  // of the newest epoch, by part
+  std::map<std::uint32_t, Assignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
-  std::vector<wire::Member> members_;
-  std::optional<wire::Grant> granted_early_;  // of a run that has not begun here
+  std::vector<MemberTask> members_;
+  std::optional<Grant> granted_early_;  // of a run that has not begun here
   std::unique_ptr<Lockstep> lockstep_;
   Realtime* realtime_ = nullptr;  // the same object, where the wall clock paces it
-  std::optional<wire::Delivery> delivery_;
+  std::optional<Delivery> delivery_;
   bool assigned_ = false;  // a complete assignment waits
   Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
 
@@ -83,11 +83,11 @@ class Node final : public RunMember {
   bool greeted_ = false;                       // everybody who reads us now has been greeted
   bool plant_found_ = false;                   // it reads our actuation
   bool plant_greeted_us_ = false;
-  std::map<AgentId, wire::Layouts> announced_;  // of the newest epoch heard of
-  std::vector<AgentId> to_pass_on_;             // those of them that our readers have not been told
+  std::map<AgentId, Layouts> announced_;  // of the newest epoch heard of
+  std::vector<AgentId> to_pass_on_;       // those of them that our readers have not been told
 
   wire::Writer<wire::Presence> presence_;
-  wire::Writer<wire::Layouts> layouts_;
+  wire::Writer<Layouts> layouts_;
   wire::Writer<wire::Telemetry> telemetry_;
   std::map<AgentId, wire::InformationWriter> information_;
   std::vector<wire::InformationWriter*> outlet_;  // by member; null where nobody elsewhere may hear it
@@ -96,8 +96,8 @@ class Node final : public RunMember {
   std::vector<wire::AnnouncementReader> announcement_readers_;
   std::optional<wire::MeasurementReader> measurements_;
   std::optional<wire::ActuationWriter> actuations_;
-  wire::Reader<wire::Assignment> assignments_;
-  wire::Reader<wire::Grant> grants_;
+  wire::Reader<Assignment> assignments_;
+  wire::Reader<Grant> grants_;
   wire::Reader<wire::Command> commands_;
   wire::ReaderEvents events_before_;  // before the clock started: nothing was due then
   std::optional<Pacer> pacer_;        // destroyed first, and never under the lock: it calls back

@@ -4,23 +4,23 @@
 
 namespace consort {
 
-Realtime::Realtime(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act)
+Realtime::Realtime(const Assignment& run, std::span<const MemberTask> members, Send send, Act act)
     : Lockstep(run, members, std::move(send), std::move(act)),
       lifespan_(std::max<Round>(1, static_cast<Round>(run.delivery.lifespan / run.dt + 1e-6))),
       extra_(members_.size()) {
   for (std::size_t index = 0; index < members_.size(); ++index) extra_[index].incoming.resize(members_[index].mailbox.senders().size());
 }
 
-void Realtime::grant(const wire::Grant& grant) {
+void Realtime::grant(const Grant& grant) {
   segments_.clear();
-  for (const wire::Segment& segment : grant.segments)
+  for (const GrantedSegment& segment : grant.segments)
     if (segment.stated) segments_.push_back({segment.first, topology_from(*segment.stated)});
   until_ = std::max(until_, grant.until);
   for (Member& member : members_) member.topology_until = 0;
 }
 
 /// The newest one counts. It is laid out for the members that were there in its round.
-void Realtime::receive(const wire::Measurement& measurement) {
+void Realtime::receive(const Measurement& measurement) {
   check_length(measurement);
   std::size_t at = 0;
   for (std::size_t index = 0; index < members_.size(); ++index) {

@@ -10,12 +10,12 @@ class Realtime : public Lockstep {
  public:
   /// As Lockstep. A message may be used for run.delivery.lifespan: in its own round, or in the next one after it has come, and then as
   /// long as there is no newer one.
-  Realtime(const wire::Assignment& run, std::span<const wire::Member> members, Send send, Act act = {});
+  Realtime(const Assignment& run, std::span<const MemberTask> members, Send send, Act act = {});
 
   /// The grant's segments are all that hold from now on.
-  void grant(const wire::Grant& grant) override;
+  void grant(const Grant& grant) override;
   using Lockstep::receive;
-  void receive(const wire::Measurement& measurement) override;
+  void receive(const Measurement& measurement) override;
   void advance() override {}  // the clock does
 
   /// Every member that takes part in round k emits. Who is behind skips the rounds before k: its state stands still over them.

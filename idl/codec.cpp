@@ -106,7 +106,7 @@ consort_wire_LinkRule link_rule(std::uint32_t from, Round since, const LinkSpec&
   return out;
 }
 
-consort_wire_MemberAssignment member_assignment(const Member& member, Arena& arena) {
+consort_wire_MemberAssignment member_assignment(const MemberTask& member, Arena& arena) {
   consort_wire_MemberAssignment out{};
   out.agent = member.agent.value;
   out.process = member.process;
@@ -164,7 +164,7 @@ consort_wire_PlantPart plant_part(AgentId agent, std::uint32_t process, const Pl
   return out;
 }
 
-consort_wire_Segment segment(const Segment& in, Arena& arena) {
+consort_wire_Segment segment(const GrantedSegment& in, Arena& arena) {
   consort_wire_Segment out{};
   out.first = in.first;
   out.graph = in.graph;
@@ -333,8 +333,8 @@ Attendance attendance(std::uint32_t first, std::uint32_t end, const char* field)
   return {first, end};
 }
 
-Member member(const consort_wire_MemberAssignment& in) {
-  Member out;
+MemberTask member(const consort_wire_MemberAssignment& in) {
+  MemberTask out;
   out.agent = agent_id(in.agent, "member.agent");
   out.process = agent_id(in.process, "member.process").value;
   out.initial = named_arrays(in.initial, "member.initial");
@@ -404,8 +404,8 @@ PlantPart plant_part(const consort_wire_PlantPart& in) {
   return out;
 }
 
-Segment segment(const consort_wire_Segment& in) {
-  Segment out{in.first, in.graph, {}};
+GrantedSegment segment(const consort_wire_Segment& in) {
+  GrantedSegment out{in.first, in.graph, {}};
   const auto edges = view(in.edges);
   const auto weights = view(in.weights);
   require(in.graph < kMaxGraphs, "segment.graph");
@@ -494,7 +494,7 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
     return consort_wire_Joining{item.first.value, item.second};
   });
   out.members =
-      convert_all<decltype(out.members)>(in.members, arena, [&](const Member& member) { return member_assignment(member, arena); });
+      convert_all<decltype(out.members)>(in.members, arena, [&](const MemberTask& member) { return member_assignment(member, arena); });
   return out;
 }
 
@@ -595,7 +595,7 @@ consort_wire_Grant encode(const Grant& in, Arena& arena) {
   out.report_at = in.report_at;
   out.start_ns = in.start_ns;
   out.whole = in.whole;
-  out.segments = convert_all<decltype(out.segments)>(in.segments, arena, [&](const Segment& part) { return segment(part, arena); });
+  out.segments = convert_all<decltype(out.segments)>(in.segments, arena, [&](const GrantedSegment& part) { return segment(part, arena); });
   return out;
 }
 

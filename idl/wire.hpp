@@ -1,10 +1,9 @@
 #pragma once
-/// The wire: core values <-> samples on DDS topics. The only room that sees the generated types. Whatever is read is validated: what
-/// comes from outside the run or breaks a bound of consort.idl is dropped, counted and named (Participant::take_refusals), never passed on.
+/// The wire: messages (core/messages.hpp), and what a process says of itself, <-> samples on DDS topics. The only room that sees the
+/// generated types. Whatever is read is validated: what comes from outside the run or breaks a bound of consort.idl is dropped, counted and
+/// named (Participant::take_refusals), never passed on.
 
-#include "core/network/announcements.hpp"
-#include "core/plant_task.hpp"
-#include "core/trace.hpp"
+#include "core/messages.hpp"
 #include "idl/trust.hpp"
 
 #include <dds/dds.hpp>
@@ -19,88 +18,14 @@
 
 namespace consort::wire {
 
-/// What one agent is told at the start of a run.
-struct Member {
-  AgentId agent;
-  std::uint32_t process = 0;  ///< lowest id among the agents hosted together with it
-  Values initial;
-  Values parameters;                            ///< on top of the common ones
-  bool hears_everyone = false;                  ///< every other agent may be an in-neighbour
-  std::vector<AgentId> in_neighbours;           ///< else: everyone who may ever be one, ascending
-  std::uint32_t remote_readers = 0;             ///< processes other than its own that read it from its first round on
-  std::vector<Round> late_readers;              ///< when a further process begins to, ascending
-  std::vector<LinkModel::Change> link_changes;  ///< of its in-links, ascending; an exception is a change in round 0
-  Values model;                                 ///< what it knows of its own dynamics; empty without a plant
-  std::uint32_t measurements = 0;               ///< length of y_i; 0 without a plant
-  std::uint32_t distances = 0;                  ///< numbers that follow it: how far its in-neighbours are away; 0: its links do not ask
-  std::vector<Told> told;                       ///< whose announcement reaches it, ascending by agent
-  Attendance presence;
-};
+using consort::Actuation, consort::Assignment, consort::Delivery, consort::Grant, consort::Information, consort::Layouts;
+using consort::kLargestHalfWindow, consort::largest_window, consort::LinkReport, consort::Measurement, consort::MemberReport;
+using consort::PlantAssignment;
+using Member = MemberTask;
+using Segment = GrantedSegment;
 
 constexpr const char* kCommandTopic = "consort_command";
 constexpr const char* kPresenceTopic = "consort_presence";
-
-/// Half a grant window is never longer, in rounds (nor shorter than a report interval).
-constexpr Round kLargestHalfWindow = 512;
-/// Nobody is ever granted more rounds beyond the slowest agent: so much is kept for later by who is ahead and by who hears of it.
-constexpr Round largest_window(Round report_interval) { return 2 * std::max(kLargestHalfWindow, report_interval) + report_interval; }
-
-/// How samples are delivered in real time. In lockstep they are reliable, and all are kept.
-struct Delivery {
-  bool reliable = false;
-  std::uint32_t history = 1;
-  Seconds lifespan = 1.0;  ///< how long a message may be used
-  Seconds deadline = 1.0, liveliness_lease = 1.0;
-};
-
-/// One part of a run's assignment; part p of `parts` holds some of the members.
-struct Assignment {
-  std::uint32_t part = 0, parts = 1, epoch = 0;
-  Seed seed;
-  std::string protocol;
-  std::uint32_t agents = 0;
-  Seconds dt = 1.0;
-  Round rounds = 0, report_interval = 1, window = 1;
-  Values parameters;
-  LinkSpec standard_link;
-  std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
-  std::uint32_t largest_state = 0;              ///< n_j of the largest part of the plant; 0 without one
-  std::uint32_t largest_control = 0;            ///< length of the longest u of any agent; 0 without a plant
-  bool relays = false;                          ///< what others announced is passed on to whoever reads an agent
-  bool steers = false;                          ///< the plant waits for every agent's actuation
-  bool plant = false;                           ///< there is a plant: whoever measures waits for it
-  bool realtime = false;                        ///< the wall clock paces the rounds
-  Delivery delivery;
-  std::optional<bool> recorded = {};  ///< all or nothing of what is worth recording beside estimates; nullopt: what fits
-  std::map<AgentId, Round> joining;   ///< agents that are not there, and when they join: nobody waits to meet them before
-  std::vector<Member> members;
-};
-
-/// One part of what the plant is told; part p of `parts` holds some of the agents, ascending.
-struct PlantAssignment {
-  std::uint32_t part = 0, parts = 1, epoch = 0;
-  Round rounds = 0, report_interval = 1;
-  bool steered = false;
-  bool realtime = false;
-  Delivery delivery;
-  PlantTask task;                         ///< `parts` of the agents named by `agents`, in that order
-  std::vector<AgentId> agents;            ///< ascending
-  std::vector<std::uint32_t> process_of;  ///< by position in `agents`: lowest id among the agents hosted together with it
-};
-
-struct Segment {
-  Round first = 0;
-  std::uint32_t graph = 0;
-  std::optional<std::vector<WeightedEdge>> stated;
-};
-
-struct Grant {
-  std::uint32_t epoch = 0;
-  Round until = 0, report_at = 0;
-  std::vector<Segment> segments;
-  std::uint64_t start_ns = 0;  ///< realtime: wall clock of round 0; the segments are then all that hold from the current round on
-  bool whole = false;          ///< the report at report_at says how each agent stands, and its links
-};
 
 enum class Order : std::uint8_t { status, finish, shutdown, departed, come_back, welcome, refused };
 struct Command {
@@ -110,34 +35,6 @@ struct Command {
   Round round = 0;                   ///< come_back: from this one on
   std::string to = {};               ///< welcome, refused: GUID of the participant that is meant
   std::string note = {};             ///< refused: why
-};
-
-/// A view: `values` is valid during the call it is handed to.
-struct Information {
-  std::uint32_t epoch = 0;
-  AgentId sender;
-  Round round = 0;
-  std::span<const double> values;
-};
-
-struct Layouts {
-  AgentId agent;
-  std::uint32_t epoch = 0;
-  Layout message, estimate;
-  Values announcement = {};
-  Layout recorded = {};  ///< what its reports hold beside the estimate
-};
-
-/// Views: `values` is valid during the call it is handed to.
-struct Measurement {
-  std::uint32_t epoch = 0;
-  Round round = 0;
-  std::span<const double> values;
-};
-struct Actuation {
-  std::uint32_t epoch = 0, process = 0;
-  Round round = 0;
-  std::span<const double> values;
 };
 
 enum class State : std::uint8_t { hello, ready, status, failed, leaving };
@@ -154,19 +51,6 @@ struct Presence {
   Sender sender = {};  ///< not sent: whoever reads it learns it from DDS
 };
 
-struct MemberReport {
-  AgentId agent;
-  std::vector<Round> rounds;
-  std::vector<double> estimates;
-  std::vector<std::uint64_t> hashes;
-  std::vector<AgentCounters> counters;
-  std::vector<double> recorded = {};  ///< what is recorded beside the estimates
-  std::uint64_t slept = 0;            ///< real time: rounds of this stay that it has left out so far
-};
-struct LinkReport {
-  Edge edge;
-  std::uint64_t delivered = 0, lost = 0, duplicated = 0, reordered = 0, superseded = 0;
-};
 struct Telemetry {
   std::uint32_t process = 0, epoch = 0;
   bool last = false;

@@ -21,12 +21,12 @@ PlantNode::PlantNode(const wire::Participant& participant, const Meeting& meetin
     : RunMember(participant, meeting),
       presence_(participant, liveliness_lease()),
       telemetry_(participant),
-      assignments_(participant, [this](wire::PlantAssignment&& part) { on_assignment(std::move(part)); }),
-      grants_(participant, [this](wire::Grant&& grant) { on_grant(std::move(grant)); }),
+      assignments_(participant, [this](PlantAssignment&& part) { on_assignment(std::move(part)); }),
+      grants_(participant, [this](Grant&& grant) { on_grant(std::move(grant)); }),
       commands_(
           participant, [this](wire::Command&& command) { on_command(command); }, [this](std::size_t n) { on_orchestrator(n); }) {}
 
-void PlantNode::on_assignment(wire::PlantAssignment&& part) {
+void PlantNode::on_assignment(PlantAssignment&& part) {
   guarded([&] {
     if (part.epoch < newest_epoch_ || part.epoch == epoch_) return;  // of a run that is over or begun
     if (part.epoch > newest_epoch_) parts_.clear();
@@ -38,7 +38,7 @@ void PlantNode::on_assignment(wire::PlantAssignment&& part) {
   });
 }
 
-void PlantNode::on_grant(wire::Grant&& grant) {
+void PlantNode::on_grant(Grant&& grant) {
   guarded([&] {
     if (!rounds_ || grant.epoch != epoch_ || finish_) return;
     granted_until_ = std::max(granted_until_, grant.until);
@@ -60,7 +60,7 @@ void PlantNode::beat(Round k) {
   });
 }
 
-void PlantNode::on_actuation(const wire::Actuation& actuation) {
+void PlantNode::on_actuation(const Actuation& actuation) {
   guarded([&] {
     if (actuation.epoch == kGreeting) {
       greeted_by_.insert(actuation.process);
@@ -152,9 +152,9 @@ void PlantNode::begin_run(Lock& lock) {
   epoch_ = newest_epoch_;
   ready_until_ = granted_until_ = 0;
   finish_ = finished_ = false;
-  wire::PlantAssignment run = std::move(parts_.begin()->second);
+  PlantAssignment run = std::move(parts_.begin()->second);
   for (auto at = std::next(parts_.begin()); at != parts_.end(); ++at) {
-    wire::PlantAssignment& part = at->second;
+    PlantAssignment& part = at->second;
     run.agents.insert(run.agents.end(), part.agents.begin(), part.agents.end());
     run.process_of.insert(run.process_of.end(), part.process_of.begin(), part.process_of.end());
     std::move(part.task.parts.begin(), part.task.parts.end(), std::back_inserter(run.task.parts));
@@ -167,7 +167,7 @@ void PlantNode::begin_run(Lock& lock) {
     measurements_.at(process).write({*epoch_, round, values});
   });
   spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, run.task.model, run.agents.size(), run.task.seed.value);
-  meet_agents(lock, wire::largest_window(run.report_interval));
+  meet_agents(lock, largest_window(run.report_interval));
 }
 
 /// Creates the ends of the closed loop that earlier runs of the session did not.
@@ -176,7 +176,7 @@ void PlantNode::meet_agents(Lock& lock, Round window) {
   lock.unlock();  // creating endpoints calls back
   if (!actuations_)
     actuations_.emplace(
-        participant_, kPlant, [this](const wire::Actuation& actuation) { on_actuation(actuation); }, delivery_);
+        participant_, kPlant, [this](const Actuation& actuation) { on_actuation(actuation); }, delivery_);
   std::map<std::uint32_t, wire::MeasurementWriter> created;
   for (const std::uint32_t process : processes) {
     if (measurements_.contains(process)) continue;  // only this thread changes the map

@@ -21,9 +21,9 @@ class PlantNode final : public RunMember {
 
  private:
   // Called on DDS's receive threads.
-  void on_assignment(wire::PlantAssignment&& part);
-  void on_grant(wire::Grant&& grant);
-  void on_actuation(const wire::Actuation& actuation);
+  void on_assignment(PlantAssignment&& part);
+  void on_grant(Grant&& grant);
+  void on_actuation(const Actuation& actuation);
   void depart(std::span<const AgentId> agents) override;
   void come_back(std::span<const AgentId> agents, Round round) override;
 
@@ -43,11 +43,11 @@ class PlantNode final : public RunMember {
   [[nodiscard]] bool somebody_joins() const;
 
   // Guarded by the lock, as all that follows.
-  std::map<std::uint32_t, wire::PlantAssignment> parts_;  // of the newest epoch, by part
+  std::map<std::uint32_t, PlantAssignment> parts_;  // of the newest epoch, by part
   std::uint32_t newest_epoch_ = 0;
   std::unique_ptr<PlantRounds> rounds_;
   bool steered_ = false;
-  std::optional<wire::Delivery> delivery_;  // in real time
+  std::optional<Delivery> delivery_;  // in real time
   Seconds dt_ = 1.0;
   Round last_round_ = 0;
   bool assigned_ = false;  // a complete assignment waits
@@ -61,8 +61,8 @@ class PlantNode final : public RunMember {
   wire::Writer<wire::Telemetry> telemetry_;
   std::map<std::uint32_t, wire::MeasurementWriter> measurements_;
   std::optional<wire::ActuationReader> actuations_;
-  wire::Reader<wire::PlantAssignment> assignments_;
-  wire::Reader<wire::Grant> grants_;
+  wire::Reader<PlantAssignment> assignments_;
+  wire::Reader<Grant> grants_;
   wire::Reader<wire::Command> commands_;
   wire::ReaderEvents events_before_;  // before the clock started: nothing was due then
   std::optional<Pacer> pacer_;        // destroyed first, and never under the lock: it calls back

@@ -6,7 +6,7 @@
 
 namespace consort {
 
-PlantRounds::PlantRounds(const wire::PlantAssignment& run, Send send)
+PlantRounds::PlantRounds(const PlantAssignment& run, Send send)
     : physics_(run.task),
       send_(std::move(send)),
       rounds_(run.rounds),
@@ -30,14 +30,14 @@ bool PlantRounds::takes_part(const Process& process) const {
   return std::any_of(process.agents.begin(), process.agents.end(), [this](AgentId i) { return physics_.present(i, physics_.round()); });
 }
 
-void PlantRounds::grant(const wire::Grant& grant) {
+void PlantRounds::grant(const Grant& grant) {
   if (grant.until <= until_ && grant.report_at <= report_at_) return;
   until_ = std::max(until_, grant.until);
   report_at_ = grant.report_at;
   report_due_ = physics_.round() >= report_at_;
 }
 
-void PlantRounds::receive(const wire::Actuation& actuation) {
+void PlantRounds::receive(const Actuation& actuation) {
   const auto at = processes_.find(actuation.process);
   if (at == processes_.end()) return;
   if (realtime_ ? !steered_ || actuation.round < at->second.newest
@@ -142,7 +142,7 @@ void PlantRounds::note_states() {
 }
 
 void PlantRounds::add_report(std::size_t index) {
-  wire::MemberReport& report = reports_[index];
+  MemberReport& report = reports_[index];
   report.rounds.push_back(physics_.round());
   report.estimates.resize(report.estimates.size() + state_layout().size());
   physics_.report_state(agent_at(index), std::span(report.estimates).last(state_layout().size()));
@@ -150,16 +150,16 @@ void PlantRounds::add_report(std::size_t index) {
   report.counters.push_back({});
 }
 
-std::vector<wire::MemberReport> PlantRounds::take_all() {
+std::vector<MemberReport> PlantRounds::take_all() {
   for (std::size_t index = 0; index < reports_.size(); ++index)
     if (reports_[index].rounds.empty() || reports_[index].rounds.back() != physics_.round()) add_report(index);
   return take_reports();
 }
 
-std::vector<wire::MemberReport> PlantRounds::take_reports() {
-  std::vector<wire::MemberReport> reports;
-  for (wire::MemberReport& report : reports_) {
-    wire::MemberReport fresh{.agent = report.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};
+std::vector<MemberReport> PlantRounds::take_reports() {
+  std::vector<MemberReport> reports;
+  for (MemberReport& report : reports_) {
+    MemberReport fresh{.agent = report.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};
     reports.push_back(std::exchange(report, std::move(fresh)));
   }
   report_due_ = false;

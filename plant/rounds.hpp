@@ -17,12 +17,12 @@ class PlantRounds {
   using Send = std::function<void(std::uint32_t process, Round round, std::span<const double> values)>;
 
   /// `run` holds every agent. Throws ConfigError where the model or a disturbance refuses its values.
-  PlantRounds(const wire::PlantAssignment& run, Send send);
+  PlantRounds(const PlantAssignment& run, Send send);
 
   /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing.
-  void grant(const wire::Grant& grant);
+  void grant(const Grant& grant);
   /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
-  void receive(const wire::Actuation& actuation);
+  void receive(const Actuation& actuation);
   /// These agents are gone: nobody waits for their actuation. Their parts stand still, and go on being reported.
   void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
@@ -35,9 +35,9 @@ class PlantRounds {
 
   /// The grant's report point has been reached since the reports were last taken.
   [[nodiscard]] bool report_due() const { return report_due_; }
-  std::vector<wire::MemberReport> take_reports();
+  std::vector<MemberReport> take_reports();
   /// What has not been reported yet, and how each part stands.
-  std::vector<wire::MemberReport> take_all();
+  std::vector<MemberReport> take_all();
   [[nodiscard]] Round round() const { return physics_.round(); }
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
   /// Lowest ids of the processes, ascending.
@@ -69,7 +69,7 @@ class PlantRounds {
   std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
   std::vector<std::uint32_t> names_;
-  std::vector<wire::MemberReport> reports_;  // by agent
+  std::vector<MemberReport> reports_;  // by agent
   std::vector<HistoryHash> hashes_;
   std::vector<double> values_;  // of one process, being put together
   bool measured_ = false;       // this round's measurements are out

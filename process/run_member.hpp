@@ -117,9 +117,9 @@ class RunMember {
   }
 
   /// Reports that nobody is left to take, line by line for the log.
-  static std::vector<std::string> in_words(std::span<const wire::MemberReport> reports) {
+  static std::vector<std::string> in_words(std::span<const MemberReport> reports) {
     std::vector<std::string> lines;
-    for (const wire::MemberReport& report : reports) {
+    for (const MemberReport& report : reports) {
       const std::size_t size = report.rounds.empty() ? 0 : report.estimates.size() / report.rounds.size();
       for (std::size_t r = 0; r < report.rounds.size(); ++r)
         lines.push_back(fmt::format("held: agent {}, round {}: {}", report.agent.value, report.rounds[r],

@@ -44,7 +44,7 @@ class Shuffled {
   Shuffled(const Experiment& experiment, std::size_t per_process, Seed order)
       : experiment_(experiment), draws_(order.stream(Purpose("shuffle"))) {
     const Graph support = experiment.schedule(experiment.seed).support(experiment.rounds);
-    wire::Assignment run;
+    Assignment run;
     run.epoch = 1;
     run.seed = experiment.seed;
     run.protocol = experiment.protocols[0].name;
@@ -56,9 +56,9 @@ class Shuffled {
     run.window = 1000;
     run.standard_link = experiment.links.standard;
     for (std::size_t first = 0; first < experiment.agents; first += per_process) {
-      std::vector<wire::Member> members;
+      std::vector<MemberTask> members;
       for (std::size_t i = first; i < std::min(experiment.agents, first + per_process); ++i) {
-        wire::Member member;
+        MemberTask member;
         member.agent = agent_at(i);
         member.initial = experiment.initial_of(member.agent, experiment.seed);
         for (const Neighbour& neighbour : support.in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
@@ -76,9 +76,9 @@ class Shuffled {
     const Schedule schedule = experiment_.schedule(experiment_.seed);
     Round granted = 0;
     std::uint32_t number = 0;
-    std::vector<wire::Grant> grants;
+    std::vector<Grant> grants;
     while (granted < experiment_.rounds) {
-      wire::Grant grant{1, std::min<Round>(experiment_.rounds, granted + 1 + static_cast<Round>(draws_.below(20))), 0, {}};
+      Grant grant{1, std::min<Round>(experiment_.rounds, granted + 1 + static_cast<Round>(draws_.below(20))), 0, {}};
       grant.report_at = grant.until;
       while (stated_ < grant.until) {
         const auto segment = schedule.segment(stated_);
@@ -129,7 +129,7 @@ class Shuffled {
       trace.dimension = process->protocol(0).estimate_layout().size();
       trace.recorded_layout = process->recorded_layout(0);
       trace.recorded_dimension = trace.recorded_layout.size();
-      for (const wire::MemberReport& report : process->take_reports()) {
+      for (const MemberReport& report : process->take_reports()) {
         for (std::size_t r = 0; r < report.rounds.size(); ++r) {
           const auto begin = report.estimates.begin() + static_cast<std::ptrdiff_t>(r * trace.dimension);
           rows[report.rounds[r]][report.agent] = {{begin, begin + static_cast<std::ptrdiff_t>(trace.dimension)}, report.hashes[r]};
@@ -182,12 +182,12 @@ TEST(Lockstep, AnyOrderOfArrivalGivesTheSimulatedRun) {
 
 TEST(Lockstep, AGrantThatNamesAnUnstatedGraphIsAnError) {
   Experiment experiment = experiment_of(2, 5, "local_voting");
-  wire::Assignment run;
+  Assignment run;
   run.seed = experiment.seed;
   run.protocol = "local_voting";
   run.agents = 2;
   run.rounds = 5;
-  wire::Member member;
+  MemberTask member;
   member.agent = AgentId{1};
   member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
   member.in_neighbours = {AgentId{2}};
@@ -197,13 +197,13 @@ TEST(Lockstep, AGrantThatNamesAnUnstatedGraphIsAnError) {
 
 TEST(Lockstep, SaysWhomTheSlowestAgentWaitsFor) {
   Experiment experiment = experiment_of(3, 5, "local_voting");
-  wire::Assignment run;
+  Assignment run;
   run.seed = experiment.seed;
   run.protocol = "local_voting";
   run.agents = 3;
   run.rounds = 5;
   run.window = 10;
-  wire::Member member;
+  MemberTask member;
   member.agent = AgentId{1};
   member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
   member.in_neighbours = {AgentId{2}, AgentId{3}};

@@ -17,7 +17,7 @@ constexpr AgentId kSelf{1}, kOther{2};
 class Listener {
  public:
   explicit Listener(Seconds lifespan) {
-    wire::Assignment run;
+    Assignment run;
     run.epoch = 1;
     run.protocol = "local_voting";
     run.agents = 2;
@@ -26,17 +26,17 @@ class Listener {
     run.window = 100;
     run.realtime = true;
     run.delivery.lifespan = lifespan;
-    wire::Member member;
+    MemberTask member;
     member.agent = kSelf;
     member.process = 1;
     member.initial.set("x", 0.0);
     member.in_neighbours = {kOther};
     rounds_ = std::make_unique<Realtime>(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
-    wire::Grant grant{1, 100, 0, {}};
+    Grant grant{1, 100, 0, {}};
     grant.segments.push_back({0, 0, std::vector<WeightedEdge>{{{kOther, kSelf}, 1.0}}});
     rounds_->grant(grant);
   }
-  void hear(Round round, double x) { rounds_->receive(wire::Information{1, kOther, round, std::span(&x, 1)}); }
+  void hear(Round round, double x) { rounds_->receive(Information{1, kOther, round, std::span(&x, 1)}); }
   double after(Round k) {
     rounds_->begin_round(k);
     rounds_->end_round(k);

@@ -33,8 +33,8 @@ Experiment loop_of(std::size_t agents, Round rounds) {
   return e;
 }
 
-wire::PlantAssignment assignment_of(const Experiment& e, std::size_t per_process) {
-  wire::PlantAssignment run;
+PlantAssignment assignment_of(const Experiment& e, std::size_t per_process) {
+  PlantAssignment run;
   run.epoch = 1;
   run.rounds = e.rounds;
   run.report_interval = e.report_interval();
@@ -96,18 +96,18 @@ TEST(PlantRounds, RefuseControlsOfAnotherLength) {
 }
 
 TEST(Lockstep, RefusesAMeasurementOfAnotherLength) {
-  wire::Assignment run;
+  Assignment run;
   run.protocol = "local_voting";
   run.agents = 1;
   run.rounds = 5;
   run.plant = run.steers = true;
-  wire::Member member;
+  MemberTask member;
   member.agent = AgentId{1};
   member.measurements = 1;
   Lockstep lockstep(
       run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {}, [](Round, std::span<const double>) {});
   const std::vector<double> two{1.0, 2.0};
-  EXPECT_THROW(lockstep.receive(wire::Measurement{1, 0, two}), RunError);
+  EXPECT_THROW(lockstep.receive(Measurement{1, 0, two}), RunError);
 }
 
 /// Plant and agents' processes around a bag from which any sample may come next, twice now and then.
@@ -118,12 +118,12 @@ class Loop {
         draws_(order.stream(Purpose("shuffle"))),
         plant_(assignment_of(e, per_process), [this](std::uint32_t process, Round round, std::span<const double> values) {
           post([this, process, round, kept = std::vector<double>(values.begin(), values.end())] {
-            agents_.at(process)->receive(wire::Measurement{1, round, kept});
+            agents_.at(process)->receive(Measurement{1, round, kept});
           });
         }) {
     const AgentMaker maker(e, e.protocols[0], e.seed);
     const Graph support = e.schedule(e.seed).support(e.rounds);
-    wire::Assignment run;
+    Assignment run;
     run.epoch = 1;
     run.seed = e.seed;
     run.protocol = e.protocols[0].name;
@@ -135,9 +135,9 @@ class Loop {
     run.standard_link = e.links.standard;
     run.plant = run.steers = true;
     for (std::size_t first = 0; first < e.agents; first += per_process) {
-      std::vector<wire::Member> members;
+      std::vector<MemberTask> members;
       for (std::size_t i = first; i < std::min(e.agents, first + per_process); ++i) {
-        wire::Member member;
+        MemberTask member;
         member.agent = agent_at(i);
         member.initial = e.initial_of(member.agent, e.seed);
         member.model = maker.physics()->knowledge(member.agent);
@@ -151,7 +151,7 @@ class Loop {
                     run, members,
                     [this, first](std::size_t member, Round round, std::span<const double> payload) {
                       post([this, from = agent_at(first + member), round, kept = std::vector<double>(payload.begin(), payload.end())] {
-                        for (const auto& [process, lockstep] : agents_) lockstep->receive(wire::Information{1, from, round, kept});
+                        for (const auto& [process, lockstep] : agents_) lockstep->receive(Information{1, from, round, kept});
                       });
                     },
                     [this, name](Round round, std::span<const double> controls) {
@@ -167,10 +167,10 @@ class Loop {
     const Schedule schedule = e_.schedule(e_.seed);
     Round granted = 0, stated = 0;
     std::uint32_t number = 0;
-    wire::Grant first;
+    Grant first;
     while (granted < e_.rounds) {
       granted = std::min<Round>(e_.rounds, granted + 1 + static_cast<Round>(draws_.below(20)));
-      wire::Grant grant{1, granted, granted, {}};
+      Grant grant{1, granted, granted, {}};
       while (stated < grant.until) {
         const auto segment = schedule.segment(stated);
         grant.segments.push_back({stated, number++ % 64, segment.graph->edges()});
@@ -185,10 +185,10 @@ class Loop {
     }
     std::map<AgentId, std::uint64_t> of_agents;
     for (const auto& [process, lockstep] : agents_)
-      for (const wire::MemberReport& report : lockstep->take_reports()) of_agents[report.agent] = report.hashes.back();
+      for (const MemberReport& report : lockstep->take_reports()) of_agents[report.agent] = report.hashes.back();
     std::vector<std::uint64_t> hashes;
     for (const auto& [agent, hash] : of_agents) hashes.push_back(hash);
-    for (const wire::MemberReport& report : plant_.take_reports()) hashes.push_back(report.hashes.back());
+    for (const MemberReport& report : plant_.take_reports()) hashes.push_back(report.hashes.back());
     return hashes;
   }
 

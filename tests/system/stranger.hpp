@@ -110,8 +110,8 @@ class Stranger {
       command_.write(encode(Command{epoch, order, {AgentId{1}, AgentId{2}}}, arena));
   }
 
-  static wire::Assignment forged_assignment(std::uint32_t epoch, const wire::Member& member) {
-    wire::Assignment assignment;
+  static Assignment forged_assignment(std::uint32_t epoch, const MemberTask& member) {
+    Assignment assignment;
     assignment.epoch = epoch;
     assignment.protocol = "local_voting";
     assignment.agents = 3;

@@ -5,8 +5,8 @@
 namespace consort {
 namespace {
 
-wire::MemberReport report_of(std::uint32_t agent, std::vector<Round> rounds) {
-  wire::MemberReport report;
+MemberReport report_of(std::uint32_t agent, std::vector<Round> rounds) {
+  MemberReport report;
   report.agent = AgentId{agent};
   report.rounds = std::move(rounds);
   for (const Round k : report.rounds) {
@@ -115,7 +115,7 @@ TEST(Collector, KnowsHowFarEachCameAndWhatItSlept) {
   twice.until = 4;
   twice.again = {{6}};
   Collector collector(2, 2, 10, 2, 0, {{AgentId{2}, twice}});
-  wire::MemberReport first = report_of(2, {0, 2, 4}), second = report_of(2, {6, 8});
+  MemberReport first = report_of(2, {0, 2, 4}), second = report_of(2, {6, 8});
   first.slept = 3;
   second.slept = 1;
   collector.add(first);
