@@ -1,5 +1,6 @@
 #include "agent/lockstep.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "protocols/registry.hpp"
 
@@ -263,8 +264,9 @@ void Lockstep::check_length(const Measurement& measurement) const {
   for (const Member& member : members_)
     if (member.attendance.holds(measurement.round)) expected += member.told_by_plant();
   if (measurement.values.size() != expected) {
-    throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " + std::to_string(measurement.values.size()) +
-                   " numbers; agents " + std::to_string(members_.front().id.value) + "... expect " + std::to_string(expected));
+    throw RunError("the measurement of round " + std::to_string(measurement.round) + " has " +
+                   counted(measurement.values.size(), "number") + "; agents " + std::to_string(members_.front().id.value) + "... expect " +
+                   std::to_string(expected));
   }
 }
 

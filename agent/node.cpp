@@ -1,5 +1,6 @@
 #include "agent/node.hpp"
 
+#include "core/counted.hpp"
 #include "protocols/registry.hpp"
 
 #include <spdlog/spdlog.h>
@@ -259,7 +260,7 @@ void Node::begin_run(Lock& lock) {
   } else {
     lockstep_ = std::make_unique<Lockstep>(run, members_, std::move(send), std::move(act));
   }
-  spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, parts_.begin()->second.protocol, parts_.begin()->second.agents,
+  spdlog::info("epoch {}: {} with {}, seed {}", *epoch_, parts_.begin()->second.protocol, counted(parts_.begin()->second.agents, "agent"),
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
   meet_plant(lock);
@@ -466,7 +467,7 @@ std::string Node::unmet() const {
     const auto readers = readers_of_.find(member.agent);
     const std::size_t found = readers == readers_of_.end() ? 0 : readers->second;
     if (gone_.empty() && found < member.remote_readers)
-      add("has found " + std::to_string(found) + " of " + std::to_string(member.remote_readers) + " readers of agent " +
+      add("has found " + std::to_string(found) + " of " + counted(member.remote_readers, "reader") + " of agent " +
           std::to_string(member.agent.value));
     for (const Told& told : member.told)
       if (!announced_.contains(told.from)) add("lacks the announcement of agent " + std::to_string(told.from.value));

@@ -1,5 +1,6 @@
 #include "core/sensor_network.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "core/math/controllability.hpp"
 #include "core/math/decompositions.hpp"
@@ -23,7 +24,7 @@ constexpr double kRounding = 1e-12;  // of ||A||: a growth below it is none
 
 /// "3 (components 5, 6)", counted from 1.
 std::string group_text(const StateGroups& groups, std::size_t j) {
-  std::string out = std::to_string(j + 1) + (groups[j].size() == 1 ? " (component" : " (components");
+  std::string out = std::to_string(j + 1) + " (" + noun(groups[j].size(), "component");
   for (const Eigen::Index c : groups[j]) out += (c == groups[j].front() ? " " : ", ") + std::to_string(c + 1);
   return out + ")";
 }

@@ -5,6 +5,7 @@
 ///
 /// Moved from round to round exactly, with u and d held over the step. An absent agent acts on nobody.
 
+#include "core/counted.hpp"
 #include "core/math/discretise.hpp"
 #include "core/value_doc.hpp"
 #include "models/model.hpp"
@@ -181,9 +182,11 @@ struct Linear {
                       initial_vector(setup.initial[i], "x", n),
                       {}};
       if (part.B.rows() != n)
-        throw ConfigError("parameter 'B': found " + shape_text(part.B) + "; allowed: " + std::to_string(n) + " rows, as A has");
+        throw ConfigError("parameter 'B': found " + shape_text(part.B) + "; allowed: " + counted(static_cast<std::uint64_t>(n), "row") +
+                          ", as A has");
       if (part.C.cols() != n)
-        throw ConfigError("parameter 'C': found " + shape_text(part.C) + "; allowed: " + std::to_string(n) + " columns, as A has");
+        throw ConfigError("parameter 'C': found " + shape_text(part.C) + "; allowed: " + counted(static_cast<std::uint64_t>(n), "column") +
+                          ", as A has");
       part.layout.fields = {{"x", static_cast<std::size_t>(n), 1}};
       for (std::size_t j = 0; j < setup.agents; ++j) {
         const std::string suffix = "_" + std::to_string(j + 1);

@@ -1,5 +1,6 @@
 #include "plant/node.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 
 #include <spdlog/spdlog.h>
@@ -166,7 +167,7 @@ void PlantNode::begin_run(Lock& lock) {
   rounds_ = std::make_unique<PlantRounds>(run, [this](std::uint32_t process, Round round, std::span<const double> values) {
     measurements_.at(process).write({*epoch_, round, values});
   });
-  spdlog::info("epoch {}: {} with {} agents, seed {}", *epoch_, run.task.model, run.agents.size(), run.task.seed.value);
+  spdlog::info("epoch {}: {} with {}, seed {}", *epoch_, run.task.model, counted(run.agents.size(), "agent"), run.task.seed.value);
   meet_agents(lock, largest_window(run.report_interval));
 }
 
@@ -280,8 +281,8 @@ void PlantNode::announce(Lock& lock, wire::State state, const std::string& note)
     presence.round = rounds_->round();
     const auto [agent, missing] = rounds_->progress();
     if (state == wire::State::status && missing > 0)
-      presence.note = "waits in round " + std::to_string(presence.round) + " for the actuation of " + std::to_string(missing) +
-                      (missing == 1 ? " process, that of agent " : " processes, one that of agent ") + std::to_string(agent.value);
+      presence.note = "waits in round " + std::to_string(presence.round) + " for the actuation of " + counted(missing, "process") +
+                      (missing == 1 ? ", that of agent " : ", one that of agent ") + std::to_string(agent.value);
   }
   if (state == wire::State::ready) presence.round = ready_until_;
   constexpr std::array kWords{"hello", "met the agents", "asked for status", "failed", "leaving"};

@@ -1,5 +1,6 @@
 #include "plant/rounds.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 
 #include <algorithm>
@@ -55,7 +56,7 @@ void PlantRounds::receive(const Actuation& actuation) {
   }
   if (used != actuation.values.size()) {
     throw RunError("the actuation of round " + std::to_string(actuation.round) + " from the process of agent " +
-                   std::to_string(actuation.process) + " has " + std::to_string(actuation.values.size()) + " numbers; the plant takes " +
+                   std::to_string(actuation.process) + " has " + counted(actuation.values.size(), "number") + "; the plant takes " +
                    std::to_string(used));
   }
   at->second.newest = actuation.round + 1;

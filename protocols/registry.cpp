@@ -1,5 +1,6 @@
 #include "protocols/registry.hpp"
 
+#include "core/counted.hpp"
 #include "core/nearest.hpp"
 
 #include <vector>
@@ -25,7 +26,7 @@ std::unique_ptr<Protocol> make_protocol(const ProtocolEntry& entry, const Values
   auto protocol = entry.make(parameters, setup);
   const std::size_t controls = protocol->control_size();
   if (plant_controls && controls > 0 && controls != *plant_controls)
-    throw ConfigError(who + ": it gives " + std::to_string(controls) + " controls; the plant takes " + std::to_string(*plant_controls) +
+    throw ConfigError(who + ": it gives " + counted(controls, "control") + "; the plant takes " + std::to_string(*plant_controls) +
                       " from agent " + std::to_string(setup.self.value));
   return protocol;
 }

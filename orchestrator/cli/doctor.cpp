@@ -1,5 +1,6 @@
 #include "orchestrator/cli/doctor.hpp"
 
+#include "core/counted.hpp"
 #include "idl/dds_log.hpp"
 #include "orchestrator/run/dds_configuration.hpp"
 
@@ -121,7 +122,7 @@ DoctorCheck check_leftovers() {
   const auto leftovers = leftover_processes();
   if (leftovers.empty()) return check;
   check.well = false;
-  check.found = fmt::format("{} process{} without orchestrator:", leftovers.size(), leftovers.size() == 1 ? "" : "es");
+  check.found = fmt::format("{} without orchestrator:", counted(leftovers.size(), "process"));
   check.remedy = "kill";
   for (const auto& leftover : leftovers) {
     check.found += fmt::format(" {} {}", leftover.name, leftover.pid);
@@ -172,7 +173,7 @@ std::vector<DoctorCheck> judge(const HostLimits& limits) {
       fmt::format("sudo sysctl -w kernel.pid_max={}", 4 * tasks));
   if (limits.group_tasks)
     add("control group", *limits.group_tasks >= kThreads,
-        fmt::format("{} threads allowed by {}", grouped(*limits.group_tasks), limits.group_file),
+        fmt::format("{} {} allowed by {}", grouped(*limits.group_tasks), noun(*limits.group_tasks, "thread"), limits.group_file),
         fmt::format("echo max | sudo tee {}", limits.group_file));
   else
     add("control group", true, "no limit on processes or threads", "");

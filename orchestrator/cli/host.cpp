@@ -1,3 +1,4 @@
+#include "core/counted.hpp"
 #include "io/standard_streams.hpp"
 #include "orchestrator/cli/help.hpp"
 #include "orchestrator/cli/verbs.hpp"
@@ -88,7 +89,7 @@ class ExportVerb : public Verb {
       return Exit::ok;
     }
     for (const ExportedTable& table : exported.tables)
-      streams::put(fmt::format("{}  {} row{}\n", table.file.string(), grouped(table.rows), table.rows == 1 ? "" : "s"));
+      streams::put(fmt::format("{}  {} {}\n", table.file.string(), grouped(table.rows), noun(table.rows, "row")));
     for (const std::string& remark : exported.remarks) streams::tell(fmt::format("{}\n", remark));
     return Exit::ok;
   }

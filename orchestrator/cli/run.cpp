@@ -1,3 +1,4 @@
+#include "core/counted.hpp"
 #include "core/id_list.hpp"
 #include "core/option_text.hpp"
 #include "io/standard_streams.hpp"
@@ -146,7 +147,8 @@ class Scribe : public RunObserver {
     if (!ended.complete) record_->event(outcome.job, trace.last_round, "incomplete", ended.words);
     for (const AgentEnd& agent : outcome.end.agents)
       if (agent.slept > 0)
-        record_->event(outcome.job, trace.last_round, "slept", fmt::format("agent {}: {} rounds", agent.agent.value, agent.slept));
+        record_->event(outcome.job, trace.last_round, "slept",
+                       fmt::format("agent {}: {}", agent.agent.value, counted(agent.slept, "round")));
     record_->end_run(outcome, metrics);
   }
 
@@ -252,10 +254,10 @@ void RunVerb::check_options() const {
   const Round rounds = last_round(experiment_);
   if (const double needed = rounds * experiment_.dt; experiment_.mode == Mode::realtime && needed >= experiment_.deadline)
     throw ConfigError(
-        fmt::format("mode realtime: found {} rounds of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; "
+        fmt::format("mode realtime: found {} of {:g} s, which take {:g} s by the wall clock, and a deadline of {:g} s; "
                     "allowed: "
                     "fewer rounds, a shorter dt, or a later `stop: {{deadline: ...}}`",
-                    rounds, experiment_.dt, needed, experiment_.deadline));
+                    counted(rounds, "round"), experiment_.dt, needed, experiment_.deadline));
   const bool struck_outside = std::any_of(experiment_.faults.begin(), experiment_.faults.end(), [&](const Fault& fault) {
     return std::find(external_.begin(), external_.end(), fault.agent.value) != external_.end();
   });
@@ -272,7 +274,8 @@ void RunVerb::check_options() const {
     if (const std::string refusal = interface_refusal(interface_); !refusal.empty()) throw ConfigError("--interface: " + refusal);
     const auto unfit = [](char c) { return static_cast<unsigned char>(c) <= ' ' || c == '\x7f'; };
     if (run_name_.size() > kLongestRunName || std::any_of(run_name_.begin(), run_name_.end(), unfit))
-      throw ConfigError(fmt::format("--name: found {} bytes; allowed: up to {}, without spaces", run_name_.size(), kLongestRunName));
+      throw ConfigError(
+          fmt::format("--name: found {}; allowed: up to {}, without spaces", counted(run_name_.size(), "byte"), kLongestRunName));
     if (const auto faults = configuration_faults(configuration_of_environment()); !faults.refusals.empty())
       throw ConfigError("CYCLONEDDS_URI: " + faults.refusals.front());
   }
@@ -345,8 +348,7 @@ std::vector<std::string> commands_by_hand(const Experiment& experiment, const Ru
     for (const AgentId agent : process.agents) ids.push_back(agent.value);
     const std::string text = to_text(ids);
     if (++processes <= kMost)
-      lines.push_back(
-          fmt::format("waiting for agent{} {}: {} consort-agent --ids {} {}", ids.size() == 1 ? "" : "s", text, key, text, common));
+      lines.push_back(fmt::format("waiting for {} {}: {} consort-agent --ids {} {}", noun(ids.size(), "agent"), text, key, text, common));
     else
       others += (others.empty() ? "" : ", ") + ("--ids " + text);
   }

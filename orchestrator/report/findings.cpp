@@ -1,5 +1,6 @@
 #include "orchestrator/report/findings.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +37,7 @@ std::vector<std::string> told(const std::vector<Finding>& findings, bool count, 
     if (finding.verdict == Rating::fails || finding.verdict == Rating::refused)
       lines.push_back(fmt::format("{} {}: {}", toned(style.unicode ? "✗" : "!", Tone::bad, style), in_words(finding), finding.consequence));
   }
-  if (count) lines.insert(lines.begin(), fmt::format("theory: {} condition{} hold{}", hold, hold == 1 ? "" : "s", hold == 1 ? "s" : ""));
+  if (count) lines.insert(lines.begin(), fmt::format("theory: {} hold{}", counted(hold, "condition"), hold == 1 ? "s" : ""));
   if (!left_out.empty())
     lines.push_back(fmt::format("theory: not examined, so that the run begins soon: {} (`consort validate` takes longer)", left_out));
   return lines;

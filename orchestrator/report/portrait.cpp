@@ -1,5 +1,6 @@
 #include "orchestrator/report/portrait.hpp"
 
+#include "core/counted.hpp"
 #include "models/registry.hpp"
 #include "orchestrator/run/link_words.hpp"
 #include "orchestrator/run/placement.hpp"
@@ -26,7 +27,7 @@ std::string fact(const std::string& label, const std::string& text, const TextSt
 
 std::string link_text(const LinkModel& links) {
   std::string text = words_of(links.standard);
-  if (!links.overrides.empty()) text += fmt::format(", {} exception{}", links.overrides.size(), links.overrides.size() == 1 ? "" : "s");
+  if (!links.overrides.empty()) text += fmt::format(", {}", counted(links.overrides.size(), "exception"));
   return text;
 }
 
@@ -35,20 +36,18 @@ std::string plant_text(const PlantSpec& plant) {
   constexpr std::array kSensing{"agents sense their own part", "agents sense their own part and their in-neighbours'",
                                 "agents sense others relative to themselves"};
   text += fmt::format("; {}", kSensing[static_cast<std::size_t>(plant.sensing)]);
-  if (!plant.couplings.empty()) text += fmt::format("; {} coupling{}", plant.couplings.size(), plant.couplings.size() == 1 ? "" : "s");
-  if (!plant.disturbances.empty())
-    text += fmt::format("; {} disturbance{}", plant.disturbances.size(), plant.disturbances.size() == 1 ? "" : "s");
+  if (!plant.couplings.empty()) text += fmt::format("; {}", counted(plant.couplings.size(), "coupling"));
+  if (!plant.disturbances.empty()) text += fmt::format("; {}", counted(plant.disturbances.size(), "disturbance"));
   return text;
 }
 
 std::string stop_text(const Experiment& experiment) {
-  std::string text = fmt::format("after {} rounds", grouped(experiment.rounds));
+  std::string text = fmt::format("after {} {}", grouped(experiment.rounds), noun(experiment.rounds, "round"));
   const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
                                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
   if (experiment.convergence)
-    text +=
-        fmt::format(", or when the {} is at most {:g} for {} round{}", estimates ? "error" : "disagreement", experiment.convergence->within,
-                    experiment.convergence->for_rounds, experiment.convergence->for_rounds == 1 ? "" : "s");
+    text += fmt::format(", or when the {} is at most {:g} for {}", estimates ? "error" : "disagreement", experiment.convergence->within,
+                        counted(experiment.convergence->for_rounds, "round"));
   return text + fmt::format("; deadline {:g} s", experiment.deadline);
 }
 
@@ -56,9 +55,9 @@ std::string facts(const Experiment& experiment, const TextStyle& style) {
   const std::size_t processes = place(experiment).processes.size();
   std::string out;
   out += fact("mode",
-              experiment.mode == Mode::simulate ? "simulate, no processes"
-                                                : fmt::format("lockstep, {} agent process{}{}", processes, processes == 1 ? "" : "es",
-                                                              experiment.plant ? " and the plant's" : ""),
+              experiment.mode == Mode::simulate
+                  ? "simulate, no processes"
+                  : fmt::format("lockstep, {}{}", counted(processes, "agent process"), experiment.plant ? " and the plant's" : ""),
               style);
   out += fact("agents", fmt::format("{}", experiment.agents), style);
   for (const ProtocolChoice& choice : experiment.protocols) {

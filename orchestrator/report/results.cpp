@@ -181,7 +181,9 @@ void Results::conclude(Summary& summary) const {
   summary.incomplete = completeness_.words;
   summary.ends = ends_.empty() ? agents_by_plan(experiment_, 0) : ends_;
   summary.complete = completeness_.complete && ended_ == asked && !cut_short;
-  if (!summary.complete && summary.incomplete.empty()) summary.incomplete = fmt::format("{} of {} runs came to their end", ended_, asked);
+  if (!summary.complete && summary.incomplete.empty())
+    summary.incomplete =
+        asked == 1 ? std::string("the run did not come to its end") : fmt::format("{} of {} runs came to their end", ended_, asked);
   if (!summary.complete && summary.error.empty()) {
     summary.exit = Exit::run_failed;
     summary.error = summary.incomplete;

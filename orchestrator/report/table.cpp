@@ -1,5 +1,7 @@
 #include "orchestrator/report/table.hpp"
 
+#include "core/counted.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -207,8 +209,7 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
   const std::size_t used = kIndent + shown_width(summary.experiment) + shown_width(word);
   const std::string space(width > used + 2 ? width - used : 2, ' ');
   const char* dot = style.unicode ? " · " : ", ";
-  std::string facts = fmt::format("{}{}{} agent{}{}seed {}", name_of(summary.mode), dot, summary.agents, summary.agents == 1 ? "" : "s",
-                                  dot, summary.seed.value);
+  std::string facts = fmt::format("{}{}{}{}seed {}", name_of(summary.mode), dot, counted(summary.agents, "agent"), dot, summary.seed.value);
   if (summary.runs > 1)
     facts += fmt::format(" to {}{}mean {} std over {} runs", summary.seed.value + summary.runs - 1, dot, style.unicode ? "±" : "+-",
                          summary.protocols.empty() ? summary.runs : summary.protocols.front().runs);
@@ -291,10 +292,9 @@ std::string render(const Summary& summary, const TextStyle& style) {
     for (const Refusal& refusal : summary.refused)
       if (!refusal.writer.empty()) writers.insert(refusal.writer);
     const std::uint64_t samples = samples_of(summary.refused);
-    out +=
-        fmt::format("  {}\n", toned(fmt::format("refused {} sample{} of {} participant{}: see \"rejected\" in summary.json",
-                                                grouped(samples), samples == 1 ? "" : "s", writers.size(), writers.size() == 1 ? "" : "s"),
-                                    Tone::bad, style));
+    out += fmt::format("  {}\n", toned(fmt::format("refused {} {} of {}: see \"rejected\" in summary.json", grouped(samples),
+                                                   noun(samples, "sample"), counted(writers.size(), "participant")),
+                                       Tone::bad, style));
   }
   // Other failures are told on standard error; an interrupted run ends like any other, only earlier.
   if (summary.exit == Exit::interrupted || summary.exit == Exit::terminated)

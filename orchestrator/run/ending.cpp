@@ -1,5 +1,7 @@
 #include "orchestrator/run/ending.hpp"
 
+#include "core/counted.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +14,7 @@ using Absence = AgentEnd::Absence;
 
 constexpr std::size_t kGroupsTold = 6;
 
-std::string agents_of(const std::vector<std::uint32_t>& ids) { return (ids.size() == 1 ? "agent " : "agents ") + listed(ids); }
+std::string agents_of(const std::vector<std::uint32_t>& ids) { return noun(ids.size(), "agent") + " " + listed(ids); }
 
 bool killed_in(const Experiment& experiment, AgentId agent, Round round) {
   return std::any_of(experiment.faults.begin(), experiment.faults.end(),
@@ -138,7 +140,7 @@ std::vector<std::string> told(const std::vector<AgentEnd>& agents) {
       what = fmt::format("killed in round {}, as planned", end.asked);
     else if (end.absence == Absence::given_up)
       what = fmt::format("died and {} given up after round {}", ids.size() == 1 ? "was" : "were", end.reached);
-    if (end.slept > 0) what += fmt::format("{}slept through {} rounds", what.empty() ? "" : "; ", end.slept);
+    if (end.slept > 0) what += fmt::format("{}slept through {}", what.empty() ? "" : "; ", counted(end.slept, "round"));
     if (what.empty()) continue;
     if (lines.size() == kGroupsTold) {
       lines.emplace_back("more agents were absent or slept: see \"agents\" in summary.json");

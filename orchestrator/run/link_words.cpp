@@ -1,5 +1,7 @@
 #include "orchestrator/run/link_words.hpp"
 
+#include "core/counted.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +19,7 @@ std::string delay_text(const LinkSpec& link) {
   const Jitter& jitter = link.jitter;
   switch (jitter.kind) {
     case Jitter::Kind::none:
-      return fmt::format("delay {} round{}", link.delay_rounds, link.delay_rounds == 1 ? "" : "s");
+      return fmt::format("delay {}", counted(link.delay_rounds, "round"));
     case Jitter::Kind::uniform:
       return fmt::format("delay {} to {:g} rounds", link.delay_rounds, link.delay_rounds + jitter.spread);
     case Jitter::Kind::exponential:
@@ -35,13 +37,16 @@ std::string words_of(const LinkSpec& link) {
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
   if (link.loss_probability > 0.0) add(fmt::format("loss {:g}", link.loss_probability));
   if (link.bursts)
-    add(fmt::format("loss {:.3g} in bursts of {:.3g} messages (Gilbert-Elliott)", link.bursts->mean_loss(), link.bursts->mean_burst()));
+    add(fmt::format("loss {:.3g} in bursts of {:.3g} {} (Gilbert-Elliott)", link.bursts->mean_loss(), link.bursts->mean_burst(),
+                    noun(link.bursts->mean_burst(), "message")));
   if (link.distance) add(fmt::format("loss growing from distance {:g} to {:g}", link.distance->safe, link.distance->lost));
   if (link.delay_rounds > 0 || link.jitter.kind != Jitter::Kind::none) add(delay_text(link));
   if (link.duplication > 0.0) add(fmt::format("duplication {:g}", link.duplication));
-  if (link.reordering) add(fmt::format("reordering {:g} by {} rounds", link.reordering->probability, link.reordering->later_rounds));
+  if (link.reordering)
+    add(fmt::format("reordering {:g} by {}", link.reordering->probability, counted(link.reordering->later_rounds, "round")));
   if (link.noise_covariance.size() > 0) add("noise covariance " + covariance_text(link.noise_covariance));
-  if (link.quantiser) add(fmt::format("{} bits over [{:g}, {:g}]", link.quantiser->bits, link.quantiser->low, link.quantiser->high));
+  if (link.quantiser)
+    add(fmt::format("{} over [{:g}, {:g}]", counted(link.quantiser->bits, "bit"), link.quantiser->low, link.quantiser->high));
   return text.empty() ? "ideal" : text;
 }
 

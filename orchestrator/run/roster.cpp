@@ -1,5 +1,6 @@
 #include "orchestrator/run/roster.hpp"
 
+#include "core/counted.hpp"
 #include "core/id_list.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@ std::string ids_of(const std::vector<AgentId>& agents) {
 }
 
 std::string agents_of(const std::vector<AgentId>& agents) {
-  return agents.empty() ? "the plant" : (agents.size() == 1 ? "agent " : "agents ") + ids_of(agents);
+  return agents.empty() ? "the plant" : noun(agents.size(), "agent") + " " + ids_of(agents);
 }
 
 std::string process_of(const Newcomer& newcomer) { return "pid " + std::to_string(newcomer.pid) + " on " + newcomer.host; }

@@ -1,5 +1,6 @@
 #include "orchestrator/run/run.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "idl/trust.hpp"
 #include "idl/wire.hpp"
@@ -445,7 +446,7 @@ class JobRun {
     trace_.links.clear();
     for (const auto& [edge, total] : link_totals_) trace_.links.push_back(total);
     if (const std::uint64_t left_out = collector_->left_out(); left_out > 0)
-      observer_.event(job_, trace_.last_round, "remark", std::to_string(left_out) + " reports did not fit the run and were left out");
+      observer_.event(job_, trace_.last_round, "remark", counted(left_out, "report") + " left out, as not fitting the run");
     const auto by_edge = [](const NetworkTotals& a, const NetworkTotals& b) { return a.edge < b.edge; };
     std::sort(trace_.network.begin(), trace_.network.end(), by_edge);
     const auto by_process = [](const Performance& a, const Performance& b) { return a.process < b.process; };
@@ -454,7 +455,7 @@ class JobRun {
     for (const Performance& process : trace_.processes) again += process.sent_again_bytes;
     if (experiment_.transport.loss > 0.0)
       observer_.event(job_, trace_.last_round, "transport",
-                      std::to_string(again) + " bytes were sent again, as packets had been lost or thrown away");
+                      counted(again, "byte") + " sent again, as packets had been lost or thrown away");
     tell_remarks();
   }
 

@@ -1,5 +1,6 @@
 #include "orchestrator/script/agents.hpp"
 
+#include "core/counted.hpp"
 #include "core/metrics/metrics.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/numbers.hpp"
@@ -218,12 +219,14 @@ void require_memory_of(const Experiment& experiment, const ProtocolChoice& choic
   const auto agents = static_cast<double>(experiment.agents);
   const auto numbers = static_cast<double>(protocol.estimate_layout().size()), sent = static_cast<double>(protocol.message_layout().size());
   require_memory(sizeof(double) * agents * (2.0 * numbers + 2.0 * sent),
-                 fmt::format("{} agents with {}, of {} numbers each and {} in a message,", experiment.agents, choice.name, numbers, sent),
+                 fmt::format("{} with {}, of {} {} each and {} in a message,", counted(experiment.agents, "agent"), choice.name, numbers,
+                             noun(numbers, "number"), sent),
                  "fewer agents, or fewer components");
   if (experiment.convergence || !experiment.report_every) return;  // it may end after any round; reports of its own choosing are few
   const double rounds = std::min<double>(experiment.rounds, kFastest / agents * experiment.deadline);
   const double reports = std::ceil(rounds / static_cast<double>(*experiment.report_every));
-  require_memory(2.0 * sizeof(double) * agents * numbers * reports, fmt::format("{:.3g} reports of {} numbers", reports, agents * numbers),
+  require_memory(2.0 * sizeof(double) * agents * numbers * reports,
+                 fmt::format("{:.3g} {} of {} {}", reports, noun(reports, "report"), agents * numbers, noun(agents * numbers, "number")),
                  "fewer rounds, or `telemetry: {every: ...}`");
 }
 
@@ -260,8 +263,8 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
           continue;
         }
         mistakes.add(place_of("'x'", agent, choice, places, agents_mark),
-                     fmt::format("agents: found {} components at agent {} and {} at agent 1; allowed: the same for all agents", found,
-                                 agent.value, *dimension));
+                     fmt::format("agents: found {} at agent {} and {} at agent 1; allowed: the same for all agents",
+                                 counted(found, "component"), agent.value, *dimension));
       } catch (const ConfigError& error) {
         mistakes.add(place_of(error.what(), agent, choice, places, agents_mark),
                      fmt::format("agents: agent {} with {}: {}", agent.value, choice.name, error.what()));

@@ -1,10 +1,12 @@
 #include "orchestrator/script/document.hpp"
 
+#include "orchestrator/script/lookalikes.hpp"
+#include "orchestrator/script/slips.hpp"
+
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <sstream>
@@ -12,95 +14,6 @@
 
 namespace consort::script {
 namespace {
-
-// --- characters -------------------------------------------------------------------------------------------------------------------
-
-struct FalseSpace {
-  std::string_view bytes, name;
-};
-constexpr std::array kFalseSpaces{
-    FalseSpace{"\u00a0", "a no-break space (U+00A0)"},     FalseSpace{"\u2007", "a figure space (U+2007)"},
-    FalseSpace{"\u200b", "a zero-width space (U+200B)"},   FalseSpace{"\u202f", "a narrow no-break space (U+202F)"},
-    FalseSpace{"\u3000", "an ideographic space (U+3000)"},
-};
-
-YAML::Mark mark_at(std::size_t line, std::size_t column) {
-  YAML::Mark mark;
-  mark.line = static_cast<int>(line);
-  mark.column = static_cast<int>(column);
-  return mark;
-}
-
-YAML::Mark mark_of(std::string_view text, std::size_t at) {
-  const std::string_view before = text.substr(0, at);
-  const auto lines = static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
-  return mark_at(lines, at - (lines == 0 ? 0 : before.rfind('\n') + 1));
-}
-
-/// The characters that look like the space YAML wants, and are none.
-class Spaces {
- public:
-  explicit Spaces(std::string_view text) {
-    for (; !text.empty(); text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1))
-      lines_.push_back(text.substr(0, text.find('\n')));
-  }
-
-  static bool any_false(std::string_view text) {
-    return std::any_of(kFalseSpaces.begin(), kFalseSpaces.end(),
-                       [text](const FalseSpace& space) { return text.find(space.bytes) != std::string_view::npos; });
-  }
-
-  /// The first of them from `mark` on, outside comments.
-  bool report_from(const YAML::Mark& mark, Mistakes& mistakes) const {
-    for (auto line = static_cast<std::size_t>(mark.line), at = static_cast<std::size_t>(mark.column); line < lines_.size(); ++line, at = 0)
-      if (report(line, at, mistakes)) return true;
-    return false;
-  }
-
-  /// YAML could not be read at `line`: because of a tab that indents it or the line before, or of a false space there?
-  bool explain(std::size_t line, Mistakes& mistakes) const {
-    for (const std::size_t at : {line, line - 1}) {
-      if (at >= lines_.size()) continue;
-      const std::size_t tab = lines_[at].find('\t');
-      if (tab < lines_[at].find_first_not_of(" \t-?")) {
-        mistakes.add(mark_at(at, tab), "found a tab in the indentation; allowed: spaces");
-        return true;
-      }
-      if (report(at, 0, mistakes)) return true;
-    }
-    return false;
-  }
-
- private:
-  bool report(std::size_t line, std::size_t from, Mistakes& mistakes) const {
-    const std::string_view text = lines_[line];
-    for (std::size_t at = from; at < text.size(); ++at) {
-      if (text[at] == '#' && (at == 0 || text[at - 1] == ' ' || text[at - 1] == '\t')) return false;
-      for (const FalseSpace& space : kFalseSpaces) {
-        if (!text.substr(at).starts_with(space.bytes)) continue;
-        mistakes.add(mark_at(line, at), fmt::format("found {}; allowed: a plain space", space.name));
-        return true;
-      }
-    }
-    return false;
-  }
-
-  std::vector<std::string_view> lines_;
-};
-
-/// What no experiment file holds: bytes that are not UTF-8, and control characters (of which YAML takes one for the end of the text).
-bool report_bytes(std::string_view text, Mistakes& mistakes) {
-  if (const auto at = first_byte_not_utf8(text)) {
-    mistakes.add(mark_of(text, *at), "found a byte that is not UTF-8; allowed: text in UTF-8");
-    return true;
-  }
-  const auto control = [](char c) { return (c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == '\x7f'; };
-  const auto it = std::find_if(text.begin(), text.end(), control);
-  if (it == text.end()) return false;
-  mistakes.add(mark_of(text, static_cast<std::size_t>(it - text.begin())),
-               fmt::format("found the control character U+{:04X}; allowed: text", static_cast<unsigned>(*it)));
-  return true;
-}
 
 // --- structure --------------------------------------------------------------------------------------------------------------------
 
@@ -112,7 +25,7 @@ struct Refusal {
 /// Hears a document once, as it is written, and refuses what could not be walked with its aliases in place.
 class Surveyor : public YAML::EventHandler {
  public:
-  explicit Surveyor(const Spaces& spaces, Mistakes& mistakes) : spaces_(spaces), mistakes_(mistakes) {}
+  Surveyor(std::string_view text, Mistakes& mistakes) : text_(text), mistakes_(mistakes) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override {
     if (++documents_ > 1)
@@ -121,7 +34,7 @@ class Surveyor : public YAML::EventHandler {
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { keep(mark, anchor, {1, 0}); }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
-    if (tag == "?" && Spaces::any_false(value)) spaces_.report_from(mark, mistakes_);
+    if (tag == "?" && any_lookalike(value)) report_lookalike(text_, mark, mistakes_);
     keep(mark, anchor, {1, 0});
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
@@ -180,7 +93,7 @@ class Surveyor : public YAML::EventHandler {
       throw Refusal{mark, fmt::format("found lists and mappings more than {} deep; allowed: at most {}", kDeepest, kDeepest)};
   }
 
-  const Spaces& spaces_;
+  std::string_view text_;
   Mistakes& mistakes_;
   std::vector<Open> open_;
   std::map<YAML::anchor_t, Size> anchored_;
@@ -225,26 +138,38 @@ void merge(YAML::Node node, Mistakes& mistakes) {
 
 }  // namespace
 
-YAML::Node read_document(const std::string& bytes, Mistakes& mistakes) {
-  const std::string text = bytes.starts_with("\xef\xbb\xbf") ? bytes.substr(3) : bytes;  // a byte order mark
+std::string plain_text(const std::string& bytes) {
+  std::string text;
+  for (std::size_t at = bytes.starts_with("\xef\xbb\xbf") ? 3 : 0; at < bytes.size(); ++at) {
+    if (bytes[at] != '\r')
+      text += bytes[at];
+    else if (at + 1 == bytes.size() || bytes[at + 1] != '\n')
+      text += '\n';
+  }
+  return text;
+}
+
+YAML::Node read_document(const std::string& text, Mistakes& mistakes) {
   if (report_bytes(text, mistakes)) return {};
-  const Spaces spaces(text);
+  mistakes.are_in(text);
   try {
     std::istringstream in(text);
     YAML::Parser parser(in);
-    Surveyor surveyor(spaces, mistakes);
+    Surveyor surveyor(text, mistakes);
     while (parser.HandleNextDocument(surveyor)) {
     }
     YAML::Node document = YAML::Load(text);
     if (document.IsNull())
       mistakes.add(YAML::Mark(), "found an empty file; allowed: an experiment, a mapping with at least experiment, agents and topology");
+    if (mistakes.none()) check_keys(document, mistakes);
     merge(document, mistakes);
     return document;
   } catch (const Refusal& refusal) {
     mistakes.add(refusal.mark, refusal.text);
+  } catch (const YAML::ParserException& error) {
+    if (mistakes.none()) explain(text, error, mistakes);  // else the slip is known already
   } catch (const YAML::Exception& error) {
-    if (!spaces.explain(static_cast<std::size_t>(std::max(0, error.mark.line)), mistakes))
-      mistakes.add(error.mark, "found text that is not YAML: " + error.msg + "; allowed: YAML 1.2");
+    mistakes.add(error.mark, "found text that is not YAML: " + error.msg + "; allowed: YAML 1.2");
   }
   return {};
 }

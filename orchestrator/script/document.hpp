@@ -12,7 +12,9 @@ inline constexpr std::size_t kMostNodes = 2'000'000;  ///< values, lists, mappin
 inline constexpr std::size_t kMostAliased = 100'000;  ///< what aliases stand for, all together, in nodes
 inline constexpr std::size_t kDeepest = 64;           ///< lists and mappings within each other, with aliases in place
 
-/// The document, with `<<` keys merged into their mappings. What keeps it from being one is added to `mistakes`.
+/// `bytes` without a byte order mark and with plain ends of lines, whichever of the three (CR LF, LF, CR) it has.
+std::string plain_text(const std::string& bytes);
+/// The document of a plain text, with `<<` keys merged into their mappings. What keeps it from being one is added to `mistakes`.
 YAML::Node read_document(const std::string& text, Mistakes& mistakes);
 
 }  // namespace consort::script

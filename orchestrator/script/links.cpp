@@ -1,5 +1,6 @@
 #include "orchestrator/script/links.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "orchestrator/script/resolved.hpp"
 #include "orchestrator/script/topology.hpp"
@@ -118,7 +119,8 @@ class LinkReader {
       const char* pointer = timed ? "/definitions/delay/oneOf/2" : "/definitions/delay_rounds/oneOf/1";
       const Section section(mistakes_, node, what, pointer);
       if (node.size() != 1) {
-        mistakes_.add(node, fmt::format("{}: found {} keys; allowed: exactly one of uniform, exponential, normal", what, node.size()));
+        mistakes_.add(node,
+                      fmt::format("{}: found {}; allowed: exactly one of uniform, exponential, normal", what, counted(node.size(), "key")));
         return;
       }
       if (const auto part = section.find("uniform"); present(part)) read_uniform(part, section.path("uniform"), timed, least, jitter);

@@ -1,5 +1,6 @@
 #include "orchestrator/script/numbers.hpp"
 
+#include "core/counted.hpp"
 #include "orchestrator/script/input_file.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/wording.hpp"
@@ -55,8 +56,8 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
   }
   if (mistakes.count() != before) return std::nullopt;
   if (list.values.size() != agents) {
-    mistakes.add(node,
-                 fmt::format("{}: found {} lines in '{}'; allowed: {}, one per agent", what, list.values.size(), shown(*name), agents));
+    mistakes.add(node, fmt::format("{}: found {} in '{}'; allowed: {}, one per agent", what, counted(list.values.size(), "line"),
+                                   shown(*name), agents));
     return std::nullopt;
   }
   return PerAgent{list};
@@ -89,7 +90,7 @@ std::optional<PerAgent> read_rule(Mistakes& mistakes, const YAML::Node& node, co
     dimension = read_whole(mistakes, dimension_node, section.path("dimension"), 1, kMostComponents).value_or(1);
     mistakes.at(dimension_node.Mark());
     require_memory(sizeof(double) * static_cast<double>(agents) * static_cast<double>(dimension),
-                   fmt::format("{}: {} components of {} agents", what, dimension, agents), "fewer");
+                   fmt::format("{}: {} of {}", what, counted(dimension, "component"), counted(agents, "agent")), "fewer");
   }
   const YAML::Node value = section.find(found[0]);
   const std::string place = section.path(found[0]);
@@ -120,8 +121,8 @@ std::optional<PerAgent> read_per_agent(Mistakes& mistakes, const YAML::Node& nod
     return std::nullopt;
   }
   if (node.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {}; allowed: {} entries, one per agent (the same vector for all is written {{all: [...]}})",
-                                   what, describe(node), agents));
+    mistakes.add(node, fmt::format("{}: found {}; allowed: {}, one per agent (the same vector for all is written {{all: [...]}})", what,
+                                   describe(node), counted(agents, "entry")));
     return std::nullopt;
   }
   const std::size_t before = mistakes.count();

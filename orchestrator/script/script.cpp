@@ -1,5 +1,6 @@
 #include "orchestrator/script/script.hpp"
 
+#include "core/counted.hpp"
 #include "orchestrator/script/agents.hpp"
 #include "orchestrator/script/criteria.hpp"
 #include "orchestrator/script/document.hpp"
@@ -43,7 +44,6 @@ std::string header_comment(const std::string& text) {
   std::istringstream in(text);
   std::string out;
   for (std::string line; std::getline(in, line) && line.starts_with('#');) {
-    if (line.back() == '\r') line.pop_back();
     line.erase(0, line.starts_with("# ") ? 2 : 1);
     out += (out.empty() ? "" : "\n") + line;
   }
@@ -145,8 +145,8 @@ class TopLevel {
   /// What `node` comes to, if it is from `least` rounds up.
   std::optional<Round> rounds_of(const YAML::Node& node, const std::string& what, double rounds, Round least) {
     if (rounds >= static_cast<double>(least) && rounds <= static_cast<double>(kMostRounds)) return static_cast<Round>(rounds);
-    mistakes_.add(node, fmt::format("{}: found {}, {} rounds of dt = {} s; allowed: {} to {} rounds", what, describe(node),
-                                    number_text(rounds), number_text(out_.dt), least, kMostRounds));
+    mistakes_.add(node, fmt::format("{}: found {}, {} {} of dt = {} s; allowed: {} to {} rounds", what, describe(node), number_text(rounds),
+                                    noun(rounds, "round"), number_text(out_.dt), least, kMostRounds));
     return std::nullopt;
   }
 
@@ -214,8 +214,8 @@ class TopLevel {
     if (!seconds) return 0;
     const Round at = rounds_of(time, what + ".time", first_round_from(*seconds / out_.dt), 0).value_or(0);
     if (at > last)
-      mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {} rounds", what + ".time",
-                                      describe(time), at, out_.rounds));
+      mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {}", what + ".time", describe(time), at,
+                                      counted(out_.rounds, "round")));
     return at;
   }
 
@@ -371,7 +371,8 @@ class TopLevel {
     if (!present(node)) return {};
     std::vector<std::string> out;
     if (!node.IsSequence()) {
-      mistakes_.add(node, fmt::format("{}: found {}; allowed: a list of texts", key, describe(node)));
+      mistakes_.add(node, fmt::format("{}: found {}; allowed: a list of texts, in brackets or each behind '- ' in a line of its own", key,
+                                      describe(node)));
       return out;
     }
     for (std::size_t i = 0; i < node.size(); ++i)
@@ -456,7 +457,8 @@ void check_format(Mistakes& mistakes, const YAML::Node& document) {
                                    kFileFormat));
 }
 
-Experiment read(Mistakes& mistakes, const std::string& text, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+  const std::string text = plain_text(bytes);
   const YAML::Node document = read_document(text, mistakes);
   mistakes.raise();
   check_format(mistakes, document);

@@ -1,5 +1,6 @@
 #include "orchestrator/script/topology.hpp"
 
+#include "core/counted.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/wording.hpp"
 
@@ -185,7 +186,7 @@ std::optional<GraphRead> read_edge_graph(const Context& context, const YAML::Nod
   if (context.mistakes.count() != before) return std::nullopt;
   YAML::Node canonical;
   canonical["edges"] = list;
-  return made(context, node, what, fmt::format("{} edges", edges.size()), canonical, [&] { return Graph(context.agents, edges); });
+  return made(context, node, what, counted(edges.size(), "edge"), canonical, [&] { return Graph(context.agents, edges); });
 }
 
 std::optional<GraphRead> read_adjacency(const Context& context, const YAML::Node& node, const std::string& what) {
@@ -212,7 +213,7 @@ std::optional<std::pair<std::string, YAML::Node>> only_rule(const Context& conte
   const Section section(context.mistakes, node, what, "/definitions/topology_rule");
   if (!section.is_map() || context.mistakes.count() != before) return std::nullopt;
   if (node.size() != 1) {
-    context.mistakes.add(node, fmt::format("{}: found {} keys; allowed: exactly one of {}", what, node.size(),
+    context.mistakes.add(node, fmt::format("{}: found {}; allowed: exactly one of {}", what, counted(node.size(), "key"),
                                            listed(schema_keys("/definitions/topology_rule"))));
     return std::nullopt;
   }

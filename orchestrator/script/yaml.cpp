@@ -1,5 +1,6 @@
 #include "orchestrator/script/yaml.hpp"
 
+#include "core/counted.hpp"
 #include "core/number_text.hpp"
 #include "orchestrator/script/wording.hpp"
 
@@ -20,6 +21,37 @@ constexpr std::size_t kMostShown = 100;  // bytes of what stands in it
 void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
   add(file_, mark.is_null() ? 1 : static_cast<std::size_t>(mark.line) + 1, mark.is_null() ? 1 : static_cast<std::size_t>(mark.column) + 1,
       text);
+}
+
+namespace {
+
+/// The parser takes a value that is not there for the next thing in the text. It is missed in the last line before that has something,
+/// where the line of `mark` has nothing before it and no null of its own.
+YAML::Mark place_of_nothing(std::string_view text, YAML::Mark mark) {
+  const auto at = std::min(static_cast<std::size_t>(std::max(0, mark.pos)), text.size());
+  const auto is_null = [&](std::string_view word) { return text.substr(at).starts_with(word); };
+  std::size_t line = at == 0 ? 0 : text.rfind('\n', at - 1) + 1;
+  if (is_null("~") || is_null("null") || is_null("Null") || is_null("NULL")) return mark;
+  const auto first = [&](std::size_t begin, std::size_t end) { return std::min(text.find_first_not_of(" \t", begin), end); };
+  if (first(line, at) < at) return mark;
+  while (line > 0) {
+    const std::size_t end = line - 1;
+    line = end == 0 ? 0 : text.rfind('\n', end - 1) + 1;
+    --mark.line;
+    const std::size_t begin = first(line, end);
+    if (begin == end || text[begin] == '#') continue;
+    mark.column = static_cast<int>(begin - line);
+    mark.pos = static_cast<int>(begin);
+    return mark;
+  }
+  return mark;
+}
+
+}  // namespace
+
+void Mistakes::add(const YAML::Node& node, const std::string& text) {
+  const bool nothing = node.IsDefined() && node.IsNull() && !node.Mark().is_null();
+  add(nothing ? place_of_nothing(text_, node.Mark()) : node.Mark(), text);
 }
 
 void Mistakes::add(const std::string& file, std::size_t line, std::size_t column, const std::string& text) {
@@ -181,8 +213,8 @@ std::optional<Matrix> read_rows(Mistakes& mistakes, const YAML::Node& node, cons
   for (std::size_t i = 0; i < node.size(); ++i) {
     const YAML::Node row = node[i];
     if (!row.IsSequence() || row.size() != columns || columns == 0) {
-      mistakes.add(row, fmt::format("{}: found {} as row {}; allowed: a matrix, rows of equal length ({} numbers as in row 1)", what,
-                                    describe(row), i + 1, columns));
+      mistakes.add(row, fmt::format("{}: found {} as row {}; allowed: a matrix, rows of equal length ({} as in row 1)", what, describe(row),
+                                    i + 1, counted(columns, "number")));
       return std::nullopt;
     }
     for (std::size_t j = 0; j < columns; ++j) {
@@ -269,6 +301,17 @@ void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
   }
 }
 
+namespace {
+
+/// What an unknown key may have been meant to be, or where it belongs.
+std::string misplaced(const std::string& key, std::span<const std::string> allowed) {
+  const auto top = schema_keys("");
+  if (std::find(top.begin(), top.end(), key) != top.end()) return "; it belongs at the top level, with no spaces before it";
+  return did_you_mean(key, allowed);
+}
+
+}  // namespace
+
 Section::Section(Mistakes& mistakes, const YAML::Node& node, std::string what, std::string_view schema_pointer)
     : mistakes_(mistakes), node_(node), what_(std::move(what)), is_map_(node.IsDefined() && node.IsMap()) {
   mistakes_.at(node_.Mark());
@@ -284,7 +327,7 @@ Section::Section(Mistakes& mistakes, const YAML::Node& node, std::string what, s
     } else if (const std::string& key = entry.first.Scalar(); std::find(keys.begin(), keys.end(), key) == keys.end()) {
       if (what_.empty() && key.starts_with("x-")) continue;  // holds anchors for the rest of the file
       mistakes_.add(entry.first, fmt::format("{}: found the unknown key '{}'; allowed: {}{}{}", name, shown(key), listed(keys),
-                                             what_.empty() ? ", x-... for anchors" : "", did_you_mean(key, keys)));
+                                             what_.empty() ? ", x-... for anchors" : "", misplaced(key, keys)));
     }
   }
 }

@@ -24,11 +24,14 @@ class Mistakes {
  public:
   explicit Mistakes(std::string file) : file_(std::move(file)) {}
   void add(const YAML::Mark& mark, const std::string& text);
-  void add(const YAML::Node& node, const std::string& text) { add(node.Mark(), text); }
+  /// A node that is there without a value stands where its key does.
+  void add(const YAML::Node& node, const std::string& text);
   /// A mistake in another file (a data file); `line` and `column` count from 1.
   void add(const std::string& file, std::size_t line, std::size_t column, const std::string& text);
   [[nodiscard]] bool none() const { return found_.empty(); }
   [[nodiscard]] std::size_t count() const { return found_.size(); }
+  /// The text of the file. It need not outlive the call.
+  void are_in(const std::string& text) { text_ = text; }
   /// What is read from now on stands here: the place of an objection that names none.
   void at(const YAML::Mark& mark) { here_ = mark; }
   /// As add, where nothing better is known.
@@ -42,7 +45,7 @@ class Mistakes {
     std::size_t line, column;
     std::string text;
   };
-  std::string file_;
+  std::string file_, text_;
   std::vector<Entry> found_;
   YAML::Mark here_;
 };

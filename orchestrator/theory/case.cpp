@@ -1,5 +1,6 @@
 #include "orchestrator/theory/case.hpp"
 
+#include "core/counted.hpp"
 #include "core/math/shapes.hpp"
 
 #include <fmt/format.h>
@@ -47,9 +48,11 @@ void Findings::leave_out(std::string_view condition, std::string why) {
 }
 
 std::string evidence_of(const Survey& survey, const std::optional<Survey::Failure>& failure) {
-  if (!failure) return survey.constant() ? "the constant graph" : fmt::format("all {} rounds", survey.rounds);
-  return survey.constant() ? "the constant graph is not"
-                           : fmt::format("not in {} of {} rounds, first in round {}", failure->count, survey.rounds, failure->first);
+  if (!failure)
+    return survey.constant() ? "the constant graph" : survey.rounds == 1 ? "in its one round" : fmt::format("all {} rounds", survey.rounds);
+  return survey.constant()
+             ? "the constant graph is not"
+             : fmt::format("not in {} of {}, first in round {}", failure->count, counted(survey.rounds, "round"), failure->first);
 }
 
 // --- links ----------------------------------------------------------------------------------------------------------------

@@ -1,5 +1,6 @@
 #include "orchestrator/theory/consensus.hpp"
 
+#include "core/counted.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/shapes.hpp"
 #include "core/metrics/metrics.hpp"
@@ -255,7 +256,7 @@ void examine_continuous_kalman_consensus(const TheoryCase& of, Findings& out) {
   const auto n = static_cast<double>(of.experiment.initial_of(agent_at(0), of.experiment.seed).vector("x").size());
   const std::string condition = "the integration steps are short against 1 / the largest gain P_i sum_j g_ij (P_j + Omega)^-1";
   if (!of.effort.affords(1000.0 * work + work * 20.0 * n * n * n)) {
-    out.leave_out(condition, fmt::format("{} edges in the run's graphs", work));
+    out.leave_out(condition, fmt::format("{} {} in the run's graphs", work, noun(work, "edge")));
     return;
   }
   const double gain = largest_gain(of, graphs);

@@ -1,5 +1,6 @@
 #include "orchestrator/theory/filters.hpp"
 
+#include "core/counted.hpp"
 #include "core/luenberger.hpp"
 #include "core/math/controllability.hpp"
 #include "core/math/decompositions.hpp"
@@ -144,7 +145,8 @@ class FilterExamination {
     if (!torn.empty())
       add(Rating::refused, condition, torn, "what some agents see never reaches others");
     else if (weak)
-      add(Rating::fails, condition, fmt::format("not in {} rounds, first in round {}; all rounds together are", weak->count, weak->first),
+      add(Rating::fails, condition,
+          fmt::format("not in {}, first in round {}; all rounds together are", counted(weak->count, "round"), weak->first),
           "the theorem is about a graph that is connected in every round");
     else
       add(Rating::holds, condition, "in every round", "what one agent sees reaches all others");

@@ -1,5 +1,6 @@
 #include "orchestrator/theory/observer.hpp"
 
+#include "core/counted.hpp"
 #include "core/math/controllability.hpp"
 #include "core/math/schur.hpp"
 #include "core/math/shapes.hpp"
@@ -149,7 +150,7 @@ class ObserverExamination {
           "two of one layer that measure each other cannot settle who uses the measurement (Algorithm 1)");
       return;
     }
-    add(Rating::holds, "ids are unique", fmt::format("{} agents", experiment_.agents), "ties between layers are settled");
+    add(Rating::holds, "ids are unique", counted(experiment_.agents, "agent"), "ties between layers are settled");
   }
 
   void dag() {
@@ -193,7 +194,7 @@ class ObserverExamination {
           "R of (10) is not triangular, and gains that agents choose alone do not make it stable");
       return;
     }
-    add(Rating::holds, condition, edges.empty() ? "no couplings" : fmt::format("{} couplings, none in a circle", edges.size()),
+    add(Rating::holds, condition, edges.empty() ? "no couplings" : fmt::format("{}, none in a circle", counted(edges.size(), "coupling")),
         "R of (10) is triangular: stable blocks make it stable");
   }
 
@@ -278,7 +279,8 @@ class ObserverExamination {
       }
       const double abscissa = spectral_abscissa(error_matrix(system));
       add(abscissa < 0.0 ? Rating::holds : Rating::fails, condition,
-          fmt::format("spectral abscissa {} of {} components{}", text_of(abscissa), size, where(one)),
+          fmt::format("spectral abscissa {} of {}{}", text_of(abscissa), counted(static_cast<std::uint64_t>(size), "component"),
+                      where(one)),
           abscissa < 0.0 ? (one.of.inputs_known ? "all estimates converge" : "the errors stay bounded as the inputs are (19)")
                          : "the estimates do not converge");
       if (abscissa < 0.0) step(one);

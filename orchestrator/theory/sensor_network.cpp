@@ -1,5 +1,6 @@
 #include "orchestrator/theory/sensor_network.hpp"
 
+#include "core/counted.hpp"
 #include "core/math/schur.hpp"
 #include "core/math/shapes.hpp"
 #include "core/metrics_sensor_network.hpp"
@@ -19,7 +20,7 @@ constexpr std::size_t kMostRows = 12;    // agents whose variances are printed
 constexpr std::size_t kMostGraphs = 20;  // different graphs of one run that are examined
 
 std::string listed(const std::vector<AgentId>& agents) {
-  std::string out = agents.size() == 1 ? "agent" : "agents";
+  std::string out = noun(agents.size(), "agent");
   for (const AgentId agent : agents) out += (agent == agents.front() ? " " : ", ") + std::to_string(agent.value);
   return out;
 }
@@ -28,7 +29,7 @@ std::string listed(const std::vector<AgentId>& agents) {
 std::vector<std::string> names_of(const StateGroups& groups, const Layout& layout) {
   std::vector<std::string> out;
   for (const auto& group : groups) {
-    std::string name = group.size() == 1 ? "component" : "components";
+    std::string name = noun(group.size(), "component");
     for (const Eigen::Index c : group) name += (c == group.front() ? " " : ", ") + std::to_string(c + 1);
     std::size_t at = 0;
     for (const Field& field : layout.fields) {
@@ -290,7 +291,7 @@ void examine_sensor_network(const TheoryCase& of, Findings& out) {
   const auto n = static_cast<double>(physics.knowledge(agent_at(0)).find("A")->rows()), N = static_cast<double>(of.experiment.agents);
   if (graphs.size() > kMostGraphs ||
       !of.effort.affords(static_cast<double>(graphs.size()) * (3.0 * spectrum_cost(n * N) + 40.0 * N * spectrum_cost(n)))) {
-    out.leave_out(everything, fmt::format("{} graphs, {} numbers in the errors of all agents", graphs.size(), n * N));
+    out.leave_out(everything, fmt::format("{}, {} numbers in the errors of all agents", counted(graphs.size(), "graph"), n * N));
     return;
   }
   Merged merged;

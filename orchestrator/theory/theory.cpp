@@ -1,5 +1,6 @@
 #include "orchestrator/theory/theory.hpp"
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "core/math/shapes.hpp"
 #include "orchestrator/theory/adaptive.hpp"
@@ -66,8 +67,8 @@ class Surroundings {
     std::string evidence =
         fmt::format("{}: {} graphs in rounds 0 to {}", experiment_.topology_text, survey_.distinct().size(), survey_.rounds - 1);
     if (survey_.constant())
-      evidence = fmt::format("{}: the same graph in rounds 0 to {}, {} edges", experiment_.topology_text, survey_.rounds - 1,
-                             survey_.segments.front().graph->edge_count());
+      evidence = fmt::format("{}: the same graph in rounds 0 to {}, {}", experiment_.topology_text, survey_.rounds - 1,
+                             counted(survey_.segments.front().graph->edge_count(), "edge"));
     const bool random = !std::holds_alternative<FixedSchedule>(experiment_.topology);
     note("what was examined", evidence,
          random ? fmt::format("the topology is random: what follows is true of the rounds drawn with seed {}", experiment_.seed.value)
@@ -82,7 +83,8 @@ class Surroundings {
     const auto told = [this](const std::optional<Survey::Failure>& failure, const char* what) {
       if (!failure) return fmt::format("{} in every round", what);
       if (failure->count == survey_.rounds) return fmt::format("{} in no round", what);
-      return fmt::format("{} in all but {} of {} rounds, the first of them {}", what, failure->count, survey_.rounds, failure->first);
+      return fmt::format("{} in all but {} of {}, the first of them {}", what, failure->count, counted(survey_.rounds, "round"),
+                         failure->first);
     };
     const auto spanning = survey_.spanning();
     const std::string tree = !spanning.window        ? fmt::format("no spanning tree from round {} on", spanning.broken_from)
@@ -149,8 +151,8 @@ std::vector<Finding> examine(const Experiment& experiment, Effort effort) {
   std::vector<Finding> out;
   const Survey survey = consort::survey(experiment, effort.graph_work());
   if (const Graph& first = *survey.segments.front().graph; static_cast<double>(first.agents() + first.edge_count()) > effort.graph_work()) {
-    out.push_back({Rating::left_out, "everything about the graphs", fmt::format("{} edges in the first round", first.edge_count()),
-                   "not examined: it would take too long"});
+    out.push_back({Rating::left_out, "everything about the graphs",
+                   fmt::format("{} in the first round", counted(first.edge_count(), "edge")), "not examined: it would take too long"});
     return out;
   }
   Spectra spectra(effort);

@@ -13,6 +13,7 @@
 /// end within a bound, not at zero; dt < 2 / (c lambda_max(L)).
 /// A missing message is an absent term in e_i; d_i + g_i is that of the scheduled graph.
 
+#include "core/counted.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/gains.hpp"
 
@@ -50,7 +51,7 @@ struct DasNeuralConsensus {
   static Params params(const Values& values, const Setup& setup) {
     if (setup.measurement_size != 1)
       throw ConfigError("protocol das_neural_consensus: agent " + std::to_string(setup.self.value) + " measures " +
-                        std::to_string(setup.measurement_size) + " numbers; allowed: 1, its own state");
+                        counted(setup.measurement_size, "number") + "; allowed: 1, its own state");
     const double F = positive_parameter(name, values, "F", 10.0);
     const double forgetting = F * positive_parameter(name, values, "kappa", 0.01, true);
     const double learnt = forgetting > 0.0 ? -std::expm1(-forgetting * setup.dt) / forgetting : setup.dt;

@@ -2,6 +2,7 @@
 /// What the protocols share that steer linear agents x_i' = A x_i + B u_i whose whole state is measured: who they are, and the gains of
 /// linear quadratic control (Knotek, thesis, (4.26)-(4.28)).
 
+#include "core/counted.hpp"
 #include "core/errors.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/riccati.hpp"
@@ -39,7 +40,7 @@ inline double positive_parameter(std::string_view who, const Values& given, std:
 inline Eigen::Index positions_measured(std::string_view who, const Setup& setup) {
   if (setup.measurement_size % 2 != 0 || setup.measurement_size == 0)
     throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + " measures " +
-                      std::to_string(setup.measurement_size) + " numbers; allowed: positions and as many velocities (integrator, order 2)");
+                      counted(setup.measurement_size, "number") + "; allowed: positions and as many velocities (integrator, order 2)");
   return static_cast<Eigen::Index>(setup.measurement_size / 2);
 }
 

@@ -1,5 +1,6 @@
 #include "protocols/everybody/base.hpp"
 
+#include "core/counted.hpp"
 #include "core/math/discretise.hpp"
 #include "protocols/everybody/relative_sensing.hpp"
 
@@ -103,8 +104,8 @@ void Everybody::take_up(const EverybodyDesign& design, AgentId j, const Values& 
   KnownModel model = known_model(told, told, known_.size(), design.who + ", told by agent " + std::to_string(j.value));
   const Eigen::Index n = model.A.rows();
   if (n > slot_)
-    throw RunError(design.who + ": agent " + std::to_string(j.value) + " announced " + std::to_string(n) + " states; agreed: at most " +
-                   std::to_string(slot_));
+    throw RunError(design.who + ": agent " + std::to_string(j.value) + " announced " + counted(static_cast<std::uint64_t>(n), "state") +
+                   "; agreed: at most " + std::to_string(slot_));
   // Those that have heard of j tell where to begin; if nobody has, zero.
   Vector sum = Vector::Zero(n);
   double tellers = 0.0;

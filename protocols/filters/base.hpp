@@ -2,6 +2,7 @@
 /// What the protocols share by which agents observe one plant together: what an agent knows of the plant and of its sensor, the filters'
 /// state, and estimates that come late.
 
+#include "core/counted.hpp"
 #include "core/math/discretise.hpp"
 #include "core/observers.hpp"
 #include "protocols/adaptive/gains.hpp"
@@ -27,8 +28,8 @@ inline ObservedPlant observed_plant(std::string_view who, const Setup& setup) {
   const Matrix* C = setup.model.find("C");
   const std::size_t outputs = C == nullptr ? 0 : static_cast<std::size_t>(C->rows());
   if (outputs != setup.measurement_size)
-    throw ConfigError(place + " measures " + std::to_string(setup.measurement_size) + " numbers, but its C has " + std::to_string(outputs) +
-                      " rows; allowed: y = C x and nothing else");
+    throw ConfigError(place + " measures " + counted(setup.measurement_size, "number") + ", but its C has " + counted(outputs, "row") +
+                      "; allowed: y = C x and nothing else");
   return {*A, C == nullptr ? Matrix(0, A->cols()) : *C, matrix_exponential(*A, setup.dt)};
 }
 

@@ -25,6 +25,7 @@
 /// A missing message is an absent edge: its term is missing from the sum and its weight from d_i. With no message an agent goes on with its
 /// own sensor. A delayed estimate is moved on to the present by the plant's dynamics. Link noise disturbs the estimate alone.
 
+#include "core/counted.hpp"
 #include "core/math/discretise.hpp"
 #include "core/sensor_network.hpp"
 #include "protocols/adapter.hpp"
@@ -83,8 +84,8 @@ struct SensorNetworkObserver {
     p.groups = state_groups(*A);
     p.C = setup.model.has("C") ? *setup.model.find("C") : Matrix(0, A->cols());
     if (p.C.rows() != static_cast<Eigen::Index>(setup.measurement_size))
-      refuse(setup, "measures " + std::to_string(setup.measurement_size) + " numbers; allowed: the " + std::to_string(p.C.rows()) +
-                        " of its C alone");
+      refuse(setup,
+             "measures " + counted(setup.measurement_size, "number") + "; allowed: the " + std::to_string(p.C.rows()) + " of its C alone");
     p.E = matrix_exponential(*A, setup.dt);
     p.own = local_observer(setup.self, *A, p.groups, p.C, values.covariance("Q", A->rows(), 1.0, true),
                            p.C.rows() == 0 ? Matrix(0, 0) : values.covariance("R", p.C.rows(), 1.0, true));

@@ -320,7 +320,7 @@ TEST(Script, HearsTheProtocolsObjectionsAtTheValuesPlace) {
 }
 
 TEST(Script, RefusesWhatIsNotAnExperiment) {
-  EXPECT_MISTAKE("e.yaml:2:7: found text that is not YAML: end of sequence flow not found", "experiment: [a\nagents: {");
+  EXPECT_MISTAKE("e.yaml:1:13: found '[' that is not closed; allowed: a ']' for it", "experiment: [a\nagents: {");
   EXPECT_MISTAKE("e.yaml:1:1: found an empty file", "");
   EXPECT_MISTAKE("e.yaml:1:1: the experiment: found text 'hello'; allowed: a mapping", "hello");
   EXPECT_MISTAKE("e.yaml:10:1: found the key 'topology' a second time (first in line 9); allowed: each key once",
