@@ -57,7 +57,7 @@ void Node::on_assignment(Assignment&& part) {
 
 void Node::on_grant(Grant&& grant) {
   guarded([&] {
-    if (lockstep_ && grant.epoch == epoch_)
+    if (rounds_ && grant.epoch == epoch_)
       take(grant);
     else
       granted_early_ = std::move(grant);
@@ -66,10 +66,10 @@ void Node::on_grant(Grant&& grant) {
 
 void Node::take(const Grant& grant) {
   if (finish_) return;
-  lockstep_->grant(grant);
-  if (realtime_ && !pacer_) start_clock(grant);
-  lockstep_->advance();
-  if (lockstep_->report_due()) wake_.notify_one();
+  rounds_->grant(grant);
+  if (delivery_ && !pacer_) start_clock(grant);
+  rounds_->advance();
+  if (rounds_->report_due()) wake_.notify_one();
 }
 
 /// Without a plant a round ends when the next one begins, so that messages have one dt to travel. With one, its measurement comes first.
@@ -87,17 +87,17 @@ void Node::start_clock(const Grant& grant) {
 
 void Node::beat(std::size_t phase, Round k) {
   guarded([&] {
-    if (!realtime_ || finish_) return;
+    if (!rounds_ || finish_) return;
     const Assignment& run = parts_.begin()->second;
     if (run.plant) {
       if (phase == 0)
-        realtime_->begin_round(k);
+        rounds_->begin_round(k);
       else
-        realtime_->end_round(k);
+        rounds_->end_round(k);
       return;
     }
-    if (k > 0) realtime_->end_round(k - 1);
-    if (k < run.rounds) realtime_->begin_round(k);
+    if (k > 0) rounds_->end_round(k - 1);
+    if (k < run.rounds) rounds_->begin_round(k);
   });
 }
 
@@ -107,12 +107,12 @@ void Node::on_information(wire::InformationReader::Burst& burst) {
     while (burst.next(message)) {
       if (message.epoch == kGreeting)
         on_greeting(message.sender);
-      else if (lockstep_ && message.epoch == epoch_ && !finish_)
-        lockstep_->receive(message);
+      else if (rounds_ && message.epoch == epoch_ && !finish_)
+        rounds_->receive(message);
     }
-    if (!lockstep_ || finish_) return;
-    lockstep_->advance();
-    if (lockstep_->report_due()) wake_.notify_one();
+    if (!rounds_ || finish_) return;
+    rounds_->advance();
+    if (rounds_->report_due()) wake_.notify_one();
   });
 }
 
@@ -129,10 +129,10 @@ void Node::on_measurement(const Measurement& measurement) {
       wake_.notify_one();
       return;
     }
-    if (!lockstep_ || measurement.epoch != epoch_ || finish_ || lockstep_->over()) return;
-    lockstep_->receive(measurement);
-    lockstep_->advance();
-    if (lockstep_->report_due()) wake_.notify_one();
+    if (!rounds_ || measurement.epoch != epoch_ || finish_ || rounds_->hosted().over()) return;
+    rounds_->receive(measurement);
+    rounds_->advance();
+    if (rounds_->report_due()) wake_.notify_one();
   });
 }
 
@@ -140,9 +140,9 @@ void Node::depart(std::span<const AgentId> agents) {
   gone_.insert(agents.begin(), agents.end());
   for (const AgentId agent : agents) greeted_by_.erase(agent);  // who comes back has to greet again
   wake_.notify_one();
-  if (!lockstep_) return;
-  lockstep_->depart(agents);
-  lockstep_->advance();
+  if (!rounds_) return;
+  rounds_->depart(agents);
+  rounds_->advance();
 }
 
 void Node::come_back(std::span<const AgentId> agents, Round round) {
@@ -160,8 +160,8 @@ void Node::on_announcement(Layouts&& layouts) {
     Layouts& known = announced_[layouts.agent];
     if (known.epoch >= layouts.epoch) return;
     known = std::move(layouts);
-    if (known.epoch != epoch_ || !lockstep_) return;  // begin_run takes what is ahead
-    lockstep_->learn(known.agent, known.announcement);
+    if (known.epoch != epoch_ || !rounds_) return;  // begin_run takes what is ahead
+    rounds_->hosted().learn(known.agent, known.announcement);
     to_pass_on_.push_back(known.agent);
     wake_.notify_one();
   });
@@ -192,7 +192,7 @@ void Node::serve(Lock& lock) {
   while (true) {
     const auto has_work = [&] {
       return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-             (lockstep_ && !finish_ && (lockstep_->report_due() || lockstep_->over())) || met_until() > ready_until_ ||
+             (rounds_ && !finish_ && (rounds_->report_due() || rounds_->hosted().over())) || met_until() > ready_until_ ||
              (!greeted_ && may_greet()) || !to_pass_on_.empty();
     };
     // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated until rounds are granted.
@@ -204,19 +204,19 @@ void Node::serve(Lock& lock) {
     else if (!wait_or_greet(lock, has_work))
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
-    if ((orphaned_ || orchestrator_lost_) && lockstep_)
-      for (const std::string& line : in_words(lockstep_->take_all())) spdlog::warn(line);
+    if ((orphaned_ || orchestrator_lost_) && rounds_)
+      for (const std::string& line : in_words(rounds_->hosted().collect_reports(true))) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) lose_orchestrator();
     if (assigned_) begin_run(lock);
     if (!to_pass_on_.empty()) pass_on(lock);
-    if (lockstep_ && !finish_ && lockstep_->over()) return take_leave(lock);  // and neither greets nor is ready any more
+    if (rounds_ && !finish_ && rounds_->hosted().over()) return take_leave(lock);  // and neither greets nor is ready any more
     if (!greeted_ && may_greet()) greet();
     if (const Round until = met_until(); until > ready_until_) {
       ready_until_ = until;
       announce(lock, wire::State::ready);
     }
-    if (lockstep_ && !finish_ && lockstep_->report_due()) send_reports(lock, false);
+    if (rounds_ && !finish_ && rounds_->report_due()) send_reports(lock, false);
     if (finish_ && !finished_) {
       finished_ = true;
       send_reports(lock, true);
@@ -244,22 +244,13 @@ void Node::begin_run(Lock& lock) {
     throw ConfigError("this run does not host these agents together (its `placement: agents_per_process` decides); is --id right?");
   }
   std::sort(members_.begin(), members_.end(), [](const MemberTask& a, const MemberTask& b) { return a.agent < b.agent; });
-  Lockstep::Send send = [this](std::size_t member, Round round, std::span<const double> payload) {
+  Send send = [this](std::size_t member, Round round, std::span<const double> payload) {
     if (outlet_[member]) outlet_[member]->write(*epoch_, round, payload);
   };
-  Lockstep::Act act = [this, process](Round round, std::span<const double> controls) {
-    actuations_->write({*epoch_, process, round, controls});
-  };
+  Act act = [this, process](Round round, std::span<const double> controls) { actuations_->write({*epoch_, process, round, controls}); };
   const Assignment& run = parts_.begin()->second;
-  realtime_ = nullptr;
-  if (run.realtime) {
-    auto rounds = std::make_unique<Realtime>(run, members_, std::move(send), std::move(act));
-    realtime_ = rounds.get();
-    delivery_ = run.delivery;
-    lockstep_ = std::move(rounds);
-  } else {
-    lockstep_ = std::make_unique<Lockstep>(run, members_, std::move(send), std::move(act));
-  }
+  if (run.realtime) delivery_ = run.delivery;
+  rounds_ = rounds_of(run, members_, std::move(send), std::move(act));
   spdlog::info("epoch {}: {} with {}, seed {}", *epoch_, parts_.begin()->second.protocol, counted(parts_.begin()->second.agents, "agent"),
                parts_.begin()->second.seed.value);
   meet_neighbours(lock);
@@ -268,12 +259,13 @@ void Node::begin_run(Lock& lock) {
   const std::uint32_t epoch = *epoch_;
   // Whoever joins a run that is under way may hear how it stands before it is ready to.
   if (lost_early_ && lost_early_->epoch == epoch) depart(lost_early_->agents);
-  if (realtime_ && granted_early_ && granted_early_->epoch == epoch) take(*granted_early_);  // in lockstep it is told again
+  if (delivery_ && granted_early_ && granted_early_->epoch == epoch) take(*granted_early_);  // in lockstep it is told again
   std::vector<Layouts> layouts;
   for (std::size_t m = 0; m < members_.size(); ++m) {
-    const Protocol& protocol = lockstep_->protocol(m);
+    const Member& member = rounds_->hosted()[m];
+    const Protocol& protocol = member.protocol();
     layouts.push_back({members_[m].agent, epoch, protocol.message_layout(), protocol.estimate_layout(), protocol.announcement(),
-                       lockstep_->recorded_layout(m)});
+                       member.recorded_layout()});
   }
   lock.unlock();
   for (const Layouts& layout : layouts) {
@@ -297,7 +289,7 @@ void Node::meet_announcers(Lock& lock) {
   if (listening) announcement_readers_.push_back(std::move(*listening));
   for (const auto& [agent, layouts] : announced_) {
     if (layouts.epoch != epoch_) continue;
-    lockstep_->learn(agent, layouts.announcement);
+    rounds_->hosted().learn(agent, layouts.announcement);
     to_pass_on_.push_back(agent);
   }
 }
@@ -405,7 +397,7 @@ void Node::meet_plant(Lock& lock) {
 
 /// Everybody who reads us from the start has been found; where somebody is gone, who is left can only be tried.
 bool Node::may_greet() const {
-  if (!lockstep_ || (information_.empty() && !actuations_) || (actuations_ && !plant_found_)) return false;
+  if (!rounds_ || (information_.empty() && !actuations_) || (actuations_ && !plant_found_)) return false;
   if (!gone_.empty()) return true;
   return std::all_of(members_.begin(), members_.end(), [&](const MemberTask& member) {
     const auto readers = readers_of_.find(member.agent);
@@ -422,8 +414,8 @@ void Node::greet() {
 /// No round of ours is granted yet, or not yet the first round of somebody who will read us. (A grant alone says nothing: who joins is
 /// still told the newest of the rounds before it.)
 bool Node::greeting_needed() const {
-  if (!lockstep_ || (information_.empty() && !actuations_)) return false;
-  return std::any_of(members_.begin(), members_.end(), [until = lockstep_->granted_until()](const MemberTask& member) {
+  if (!rounds_ || (information_.empty() && !actuations_)) return false;
+  return std::any_of(members_.begin(), members_.end(), [until = rounds_->hosted().granted_until()](const MemberTask& member) {
     return member.presence.from >= until || (!member.late_readers.empty() && member.late_readers.back() >= until);
   });
 }
@@ -431,7 +423,7 @@ bool Node::greeting_needed() const {
 /// Rounds below this one may be granted as far as this process is concerned: everybody it hears by then has greeted it, everybody who
 /// reads it from the start has been found, and so has the plant. 0: not even the first.
 Round Node::met_until() const {
-  if (!lockstep_) return 0;
+  if (!rounds_) return 0;
   const Assignment& run = parts_.begin()->second;
   if ((!information_.empty() || actuations_) && !may_greet()) return 0;
   if (run.plant && !plant_greeted_us_) return 0;
@@ -459,7 +451,7 @@ Round Node::met_until() const {
 
 /// Why met_until() says 0, for a person.
 std::string Node::unmet() const {
-  if (!lockstep_) return "has no assignment yet";
+  if (!rounds_) return "has no assignment yet";
   const Assignment& run = parts_.begin()->second;
   std::string text;
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
@@ -480,13 +472,14 @@ std::string Node::unmet() const {
 }
 
 void Node::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{options_.agents.front().value, *epoch_, last, {}, {}, participant_.take_refusals(), lockstep_->slowest().round};
-  if (last || lockstep_->whole_report_due()) telemetry.links = lockstep_->links();
-  telemetry.members = lockstep_->take_reports();
+  wire::Telemetry telemetry{options_.agents.front().value,    *epoch_, last, {}, {}, participant_.take_refusals(),
+                            rounds_->hosted().slowest().round};
+  if (last || rounds_->whole_report_due()) telemetry.links = rounds_->hosted().links();
+  telemetry.members = rounds_->collect_reports();
   const auto silent = [](const MemberReport& report) { return report.rounds.empty(); };
   const bool nothing = std::all_of(telemetry.members.begin(), telemetry.members.end(), silent) && telemetry.refusals.empty();
-  if (realtime_ && !last && nothing) return;
-  if (last && realtime_) telemetry.network = realtime_->network();
+  if (delivery_ && !last && nothing) return;
+  if (last) telemetry.network = rounds_->network();
   if (last) telemetry.performance = performance();
   lock.unlock();
   telemetry_.write(telemetry);
@@ -502,7 +495,7 @@ wire::ReaderEvents Node::reader_events() const {
 Performance Node::performance() const {
   Performance performance = usage(options_.agents.front().value);
   if (pacer_) pacer_->tell(performance);
-  if (realtime_) performance.missed_inputs = realtime_->missed_inputs();
+  performance.missed_inputs = rounds_->missed_inputs();
   performance.sent_again_bytes = presence_.sent_again_bytes() + layouts_.sent_again_bytes() + telemetry_.sent_again_bytes();
   for (const auto& [agent, writer] : information_) performance.sent_again_bytes += writer.sent_again_bytes();
   if (actuations_) performance.sent_again_bytes += actuations_->sent_again_bytes();
@@ -540,8 +533,8 @@ void Node::announce(Lock& lock, wire::State state, const std::string& note) {
   presence.note = note;
   if (state == wire::State::status && met_until() == 0) {
     presence.note = unmet();
-  } else if (lockstep_) {
-    auto slowest = lockstep_->slowest();
+  } else if (rounds_) {
+    auto slowest = rounds_->hosted().slowest();
     presence.round = slowest.round;
     presence.waiting_agent = slowest.agent;
     presence.waiting_for = std::move(slowest.waiting_for);

@@ -2,10 +2,10 @@
 /// The agent process on DDS: meets the orchestrator and its neighbours, then drives the rounds of the agents it hosts. The step runs where
 /// the last missing message arrives (DDS's receive thread); the main thread sends telemetry and answers commands, off the critical path.
 
-#include "agent/realtime.hpp"
 #include "core/errors.hpp"
 #include "process/pacer.hpp"
 #include "process/run_member.hpp"
+#include "rounds/rounds.hpp"
 
 #include <map>
 #include <optional>
@@ -70,11 +70,10 @@ class Node final : public RunMember {
   std::uint32_t newest_epoch_ = 0;
   std::vector<MemberTask> members_;
   std::optional<Grant> granted_early_;  // of a run that has not begun here
-  std::unique_ptr<Lockstep> lockstep_;
-  Realtime* realtime_ = nullptr;  // the same object, where the wall clock paces it
-  std::optional<Delivery> delivery_;
-  bool assigned_ = false;  // a complete assignment waits
-  Round ready_until_ = 0;  // what the newest `ready` of this epoch said; 0: none yet
+  std::unique_ptr<Rounds> rounds_;
+  std::optional<Delivery> delivery_;  // in real time
+  bool assigned_ = false;             // a complete assignment waits
+  Round ready_until_ = 0;             // what the newest `ready` of this epoch said; 0: none yet
 
   std::map<AgentId, std::size_t> readers_of_;  // reader processes matched so far, by hosted agent that is heard elsewhere
   std::vector<AgentId> heard_remotely_;        // remote agents whose Information is subscribed, ascending

@@ -126,7 +126,7 @@ void PlantNode::serve(Lock& lock) {
       greeted_ = false;
     if (failure_) std::rethrow_exception(failure_);
     if ((orphaned_ || orchestrator_lost_) && rounds_)
-      for (const std::string& line : in_words(rounds_->take_all())) spdlog::warn(line);
+      for (const std::string& line : in_words(rounds_->collect_reports(true))) spdlog::warn(line);
     if (shutdown_ || interrupted_) return;
     if (orchestrator_lost_) lose_orchestrator();
     if (assigned_) begin_run(lock);
@@ -244,7 +244,7 @@ std::string PlantNode::unmet() const {
 }
 
 void PlantNode::send_reports(Lock& lock, bool last) {
-  wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->take_reports(), {}, participant_.take_refusals(), rounds_->round()};
+  wire::Telemetry telemetry{kPlant, *epoch_, last, rounds_->collect_reports(), {}, participant_.take_refusals(), rounds_->round()};
   if (last) telemetry.performance = performance();
   lock.unlock();
   telemetry_.write(telemetry);

@@ -24,7 +24,7 @@ PlantRounds::PlantRounds(const PlantAssignment& run, Send send)
     reports_.push_back({.agent = agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}});
   }
   for (const auto& [name, process] : processes_) names_.push_back(name);
-  note_states();
+  extend_histories();
 }
 
 bool PlantRounds::takes_part(const Process& process) const {
@@ -105,7 +105,7 @@ void PlantRounds::advance() {
     if (missing_ > 0) return;
     physics_.advance();
     measured_ = false;
-    note_states();
+    extend_histories();
     if (physics_.round() == report_at_) report_due_ = true;
   }
 }
@@ -125,12 +125,12 @@ void PlantRounds::go_to(Round k) {
       for (const auto& [name, process] : processes_)
         missed_inputs_ += takes_part(process) && process.newest != physics_.round() + 1 ? 1 : 0;
     physics_.advance();
-    note_states();
+    extend_histories();
   }
   if (k < rounds_) measure();
 }
 
-void PlantRounds::note_states() {
+void PlantRounds::extend_histories() {
   const Round k = physics_.round();
   const bool reported = k % report_interval_ == 0 || k == rounds_;
   for (std::size_t index = 0; index < attendance_.size(); ++index) {
@@ -151,13 +151,9 @@ void PlantRounds::add_report(std::size_t index) {
   report.counters.push_back({});
 }
 
-std::vector<MemberReport> PlantRounds::take_all() {
-  for (std::size_t index = 0; index < reports_.size(); ++index)
+std::vector<MemberReport> PlantRounds::collect_reports(bool whole) {
+  for (std::size_t index = 0; whole && index < reports_.size(); ++index)
     if (reports_[index].rounds.empty() || reports_[index].rounds.back() != physics_.round()) add_report(index);
-  return take_reports();
-}
-
-std::vector<MemberReport> PlantRounds::take_reports() {
   std::vector<MemberReport> reports;
   for (MemberReport& report : reports_) {
     MemberReport fresh{.agent = report.agent, .rounds = {}, .estimates = {}, .hashes = {}, .counters = {}};

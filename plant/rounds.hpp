@@ -33,11 +33,10 @@ class PlantRounds {
   /// Real time: controls that had not come in time.
   [[nodiscard]] std::uint64_t missed_inputs() const { return missed_inputs_; }
 
-  /// The grant's report point has been reached since the reports were last taken.
+  /// The grant's report point has been reached since reports were last collected.
   [[nodiscard]] bool report_due() const { return report_due_; }
-  std::vector<MemberReport> take_reports();
-  /// What has not been reported yet, and how each part stands.
-  std::vector<MemberReport> take_all();
+  /// What has not been collected yet; `whole`: and how each part stands.
+  std::vector<MemberReport> collect_reports(bool whole = false);
   [[nodiscard]] Round round() const { return physics_.round(); }
   [[nodiscard]] const Layout& state_layout() const { return physics_.state_layout(); }
   /// Lowest ids of the processes, ascending.
@@ -59,7 +58,7 @@ class PlantRounds {
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
   void measure();
-  void note_states();
+  void extend_histories();
   void add_report(std::size_t index);
 
   Physics physics_;

@@ -2,8 +2,8 @@
 
 #include "plant/rounds.hpp"
 
-#include "agent/lockstep.hpp"
 #include "core/errors.hpp"
+#include "rounds/lockstep.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 
@@ -185,10 +185,10 @@ class Loop {
     }
     std::map<AgentId, std::uint64_t> of_agents;
     for (const auto& [process, lockstep] : agents_)
-      for (const MemberReport& report : lockstep->take_reports()) of_agents[report.agent] = report.hashes.back();
+      for (const MemberReport& report : lockstep->collect_reports()) of_agents[report.agent] = report.hashes.back();
     std::vector<std::uint64_t> hashes;
     for (const auto& [agent, hash] : of_agents) hashes.push_back(hash);
-    for (const MemberReport& report : plant_.take_reports()) hashes.push_back(report.hashes.back());
+    for (const MemberReport& report : plant_.collect_reports()) hashes.push_back(report.hashes.back());
     return hashes;
   }
 

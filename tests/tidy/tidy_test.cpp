@@ -75,7 +75,7 @@ const std::map<std::string, std::set<std::string>>& arrows() {
         {"io", {"core"}},
         {"idl", {"io", "core", "dds"}},
         {"process", {"idl", "io", "core", "dds"}},
-        {"agent", {"process", "protocols", "idl", "dds", "core"}},
+        {"agent", {"process", "rounds", "protocols", "idl", "dds", "core"}},
         {"plant", {"process", "models", "idl", "dds", "core"}},
         {"orchestrator/theory", {"models", "protocols", "core"}},
         {"orchestrator/script", {"rounds", "models", "protocols", "core"}},

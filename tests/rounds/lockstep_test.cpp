@@ -1,6 +1,6 @@
 /// The agents' rounds without any transport: messages handed over in every possible disorder give simulate()'s run, bit for bit.
 
-#include "agent/lockstep.hpp"
+#include "rounds/lockstep.hpp"
 
 #include "core/errors.hpp"
 #include "rounds/simulate.hpp"
@@ -126,10 +126,10 @@ class Shuffled {
     trace.agents = experiment_.agents;
     std::map<Round, std::vector<AgentCounters>> counters;
     for (const auto& process : processes_) {
-      trace.dimension = process->protocol(0).estimate_layout().size();
-      trace.recorded_layout = process->recorded_layout(0);
+      trace.dimension = process->hosted()[0].protocol().estimate_layout().size();
+      trace.recorded_layout = process->hosted()[0].recorded_layout();
       trace.recorded_dimension = trace.recorded_layout.size();
-      for (const MemberReport& report : process->take_reports()) {
+      for (const MemberReport& report : process->collect_reports()) {
         for (std::size_t r = 0; r < report.rounds.size(); ++r) {
           const auto begin = report.estimates.begin() + static_cast<std::ptrdiff_t>(r * trace.dimension);
           rows[report.rounds[r]][report.agent] = {{begin, begin + static_cast<std::ptrdiff_t>(trace.dimension)}, report.hashes[r]};
@@ -212,7 +212,7 @@ TEST(Lockstep, SaysWhomTheSlowestAgentWaitsFor) {
   lockstep.advance();
   const std::vector<double> values{1.0, 2.0};
   EXPECT_TRUE(lockstep.receive({1, AgentId{2}, 0, values}));
-  const auto slowest = lockstep.slowest();
+  const auto slowest = lockstep.hosted().slowest();
   EXPECT_EQ(slowest.agent, AgentId{1});
   EXPECT_EQ(slowest.round, 0u);
   EXPECT_EQ(slowest.waiting_for, std::vector<AgentId>{AgentId{3}});

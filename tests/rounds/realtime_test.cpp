@@ -1,12 +1,8 @@
 /// Rounds that a clock paces: what is used, what is late, what is counted. No clock and no network here.
 
-#include "agent/realtime.hpp"
-
-#include "process/pacer.hpp"
+#include "rounds/realtime.hpp"
 
 #include <gtest/gtest.h>
-
-#include <atomic>
 
 namespace consort {
 namespace {
@@ -44,7 +40,7 @@ class Listener {
   }
   double state() {
     double x = 0.0;
-    rounds_->protocol(0).estimate(std::span(&x, 1));
+    rounds_->hosted()[0].protocol().estimate(std::span(&x, 1));
     return x;
   }
   NetworkCounters counters() { return rounds_->network().at(0).counters; }
@@ -121,46 +117,10 @@ TEST(Realtime, RoundsThatWereSleptThroughLeaveTheStateAsItIs) {
   agent.after(0);
   agent.hear(40, 8.0);
   EXPECT_EQ(agent.after(40), 6.0);
-  const auto reports = agent.rounds().take_reports();
+  const auto reports = agent.rounds().collect_reports();
   ASSERT_EQ(reports.at(0).rounds.size(), 42u) << "0 .. 41, each of them";
   EXPECT_EQ(reports[0].estimates[20], 4.0);
   EXPECT_EQ(reports[0].rounds.back(), 41u);
-}
-
-TEST(Pacer, RoundsComeInOrderAndThoseThatAreOverAreLeftOut) {
-  std::mutex mutex;
-  std::condition_variable wake;
-  std::vector<Round> seen;
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  const auto start = static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
-  constexpr Round kLast = 400;
-  Pacer pacer(start, 0.005, 0, kLast, {0.0}, [&](std::size_t, Round k) {
-    std::unique_lock lock(mutex);
-    seen.push_back(k);
-    // The first call takes as long as fifty rounds do.
-    if (seen.size() == 1) wake.wait_for(lock, std::chrono::milliseconds(250), [] { return false; });
-    if (k == kLast) wake.notify_all();
-  });
-  std::unique_lock lock(mutex);
-  ASSERT_TRUE(wake.wait_for(lock, std::chrono::seconds(60), [&] { return !seen.empty() && seen.back() == kLast; }));
-  Performance performance;
-  lock.unlock();
-  pacer.tell(performance);
-  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
-  EXPECT_EQ(performance.periods, seen.size());
-  if (seen.front() + 50 < kLast) {
-    EXPECT_GE(performance.missed_deadlines, 48u) << "250 ms are 50 rounds";
-  }
-  EXPECT_EQ(seen.front() + seen.size() + performance.missed_deadlines, kLast + 1) << "each round is called or counted";
-}
-
-TEST(Lateness, QuantilesAreRightToAFewPerCent) {
-  Lateness lateness;
-  for (int i = 1; i <= 1000; ++i) lateness.add(1e-6 * i);
-  EXPECT_NEAR(lateness.quantile(0.5), 500e-6, 0.03 * 500e-6);
-  EXPECT_NEAR(lateness.quantile(0.99), 990e-6, 0.03 * 990e-6);
-  EXPECT_EQ(lateness.quantile(1.0), 1e-3);
-  EXPECT_EQ(lateness.largest(), 1e-3);
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+#pragma once
+/// Makes the agents of one run as every driver does: protocol, parameters, initial values, and what the plant lets them know.
+
+#include "core/experiment.hpp"
+#include "models/physics.hpp"
+#include "protocols/registry.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace consort {
+
+class AgentMaker {
+ public:
+  /// Throws ConfigError where the plant refuses its values.
+  AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed);
+  /// Throws ConfigError where the protocol refuses its values, or does not fit the plant.
+  [[nodiscard]] std::unique_ptr<Protocol> make(AgentId agent) const;
+  /// Length of the longest u that the plant takes from an agent; 0 without a plant.
+  [[nodiscard]] std::size_t largest_control() const { return largest_control_; }
+  /// The plant at round 0; nothing without one.
+  [[nodiscard]] const std::optional<Physics>& physics() const { return physics_; }
+
+ private:
+  const Experiment& experiment_;
+  const ProtocolChoice& choice_;
+  Seed seed_;
+  const ProtocolEntry& entry_;
+  std::optional<Physics> physics_;
+  std::size_t largest_control_ = 0;
+};
+
+}  // namespace consort
