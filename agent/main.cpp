@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
       return std::make_unique<Node>(participant, NodeOptions{.agents = agents,
                                                              .first_epoch = options.first_epoch,
                                                              .first_round = options.first_round,
-                                                             .meeting = options.meeting(),
+                                                             .arrival = options.arrival(),
                                                              .lossy = options.lossy()});
     };
   });

@@ -29,6 +29,6 @@ int main(int argc, char** argv) {
     log->set_pattern("%H:%M:%S.%e [%n] %^%l%$: %v");
     spdlog::set_default_logger(log);
     return
-        [meeting = options.meeting()](const wire::Participant& participant) { return std::make_unique<PlantNode>(participant, meeting); };
+        [arrival = options.arrival()](const wire::Participant& participant) { return std::make_unique<PlantNode>(participant, arrival); };
   });
 }

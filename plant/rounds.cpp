@@ -91,9 +91,9 @@ void PlantRounds::measure() {
       if (!physics_.present(i, k)) continue;
       const std::size_t size = physics_.measurement_size(i), distances = physics_.distance_count(i);
       values_.resize(values_.size() + size + distances);
-      const std::span<double> told = std::span(values_).last(size + distances);
-      physics_.measure(i, told.first(size));
-      physics_.distances(i, told.last(distances));
+      const std::span<double> numbers = std::span(values_).last(size + distances);
+      physics_.measure(i, numbers.first(size));
+      physics_.distances(i, numbers.last(distances));
     }
     send_(name, k, values_);
   }
@@ -119,7 +119,7 @@ bool ends(const Attendance& attendance, Round k) {
 
 }  // namespace
 
-void PlantRounds::go_to(Round k) {
+void PlantRounds::begin_round(Round k) {
   while (physics_.round() < k) {
     if (steered_)
       for (const auto& [name, process] : processes_)

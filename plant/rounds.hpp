@@ -29,7 +29,7 @@ class PlantRounds {
   void advance();
   /// Real time: moves on to round k, whatever has been received, each control held as long as no newer one has come, and sends what is
   /// measured there.
-  void go_to(Round k);
+  void begin_round(Round k);
   /// Real time: controls that had not come in time.
   [[nodiscard]] std::uint64_t missed_inputs() const { return missed_inputs_; }
 

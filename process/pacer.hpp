@@ -71,7 +71,7 @@ class Pacer {
   Pacer& operator=(const Pacer&) = delete;
 
   /// Adds what is known of the time kept so far. `process` and the rest stay as they are.
-  void tell(Performance& performance) const {
+  void add_to(Performance& performance) const {
     const std::lock_guard lock(mutex_);
     performance.periods = periods_;
     performance.missed_deadlines = missed_;
@@ -86,7 +86,7 @@ class Pacer {
   [[nodiscard]] Clock::time_point instant(Round k, Seconds phase) const {
     return start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(k * dt_ + phase));
   }
-  /// The round that is going on; 0 before the first.
+  // The round that is going on; 0 before the first.
   [[nodiscard]] Round now() const {
     const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
     return elapsed <= 0.0 ? 0 : static_cast<Round>(std::min(elapsed / dt_, static_cast<double>(last_)));

@@ -1,16 +1,14 @@
 #pragma once
-/// What every process of a run has in common once it is on DDS: work on receive threads under one lock, a main thread that waits for
-/// something to do, commands of the orchestrator, and its disappearance.
+/// How a process lives in its runs, whatever it does there: work on receive threads under one lock, a main thread that waits for something
+/// to do, what it says of itself, commands of the orchestrator, and its disappearance. Agents and plant say what is theirs in it.
 
 #include "idl/wire.hpp"
+#include "process/pacer.hpp"
 
-#include <fmt/ranges.h>
-#include <sys/resource.h>
-
-#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -23,10 +21,11 @@ namespace consort {
 constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
 
 /// How a process comes into its run.
-struct Meeting {
+struct Arrival {
   bool launched = false;  ///< by an orchestrator on this host, which waits for it and whose death is noticed by other means than DDS
   double wait = 60.0;     ///< s; who is not launched gives up when it has met nobody by then; 0: never
   std::string sought = "its run";  ///< what it looks for, for a person
+  double log_every = 10.0;         ///< s; who is not launched says so often that it has met nobody yet
 };
 
 class RunMember {
@@ -35,41 +34,54 @@ class RunMember {
   RunMember& operator=(const RunMember&) = delete;
   virtual ~RunMember() = default;
   /// Serves run after run until the orchestrator says shutdown. Throws RunError if the orchestrator disappears or the physics diverges,
-  /// ConfigError or RunError if an assignment cannot be carried out (the orchestrator has been told by then).
-  virtual void run() = 0;
+  /// ConfigError or RunError if an assignment cannot be carried out (the orchestrator has been told by then). Once.
+  void run();
   /// Ends run() from a signal handler's thread. `orphaned`: because the orchestrator is gone.
-  void interrupt(bool orphaned) {
-    guarded([&] {
-      interrupted_ = true;
-      orphaned_ = orphaned;
-      wake_.notify_one();
-    });
-  }
+  void interrupt(bool orphaned);
 
  protected:
   using Lock = std::unique_lock<std::mutex>;
   static constexpr std::uint32_t kGreeting = 0;  ///< epoch of a greeting; those of runs count from 1
 
-  RunMember(const wire::Participant& participant, Meeting meeting) : participant_(participant), meeting_(std::move(meeting)) {}
+  /// `process`: its name among the processes. `agents`: those it hosts, ascending.
+  RunMember(const wire::Participant& participant, Arrival arrival, std::uint32_t process, std::vector<AgentId> agents);
 
-  /// Says hello until the orchestrator has answered: who is not launched may be one too many, and does nothing before. False: it is to end.
-  /// Throws RunError saying why if the run does not want this process, TimeoutError if there is no run for so long.
-  bool meet_run(Lock& lock);
-  /// Who would have waited for its run for ever will meet the next one, once somebody starts it again: its exit code says so.
-  [[noreturn]] void lose_orchestrator() const;
-  virtual void say_hello(Lock& lock) = 0;
-  /// For the log.
-  virtual void tell(const std::string& line) const = 0;
+  // --- what agents and plant do each in their way; called under the lock, of a run that has begun unless it says otherwise
+  // ----------------
 
-  /// For Presence.
-  [[nodiscard]] std::optional<double> liveliness_lease() const {
-    return meeting_.launched ? std::nullopt : std::optional(kSignOfLifeLease);
-  }
-
-  /// These agents are gone; called under the lock.
+  /// A complete assignment is here: begins the run of epoch_. Main thread.
+  virtual void begin_run(Lock& lock) = 0;
+  /// Leave to run has come.
+  virtual void grant(const Grant& grant) = 0;
+  /// The clock says so.
+  virtual void beat(std::size_t phase, Round k) = 0;
+  /// These agents are gone.
   virtual void depart(std::span<const AgentId> agents) = 0;
-  /// These agents take part again from that round on, and want to be met; called under the lock.
+  /// These agents take part again from that round on, and want to be met.
   virtual void come_back(std::span<const AgentId> agents, Round round) = 0;
+  [[nodiscard]] virtual bool report_due() const = 0;
+  /// Its reports, and what goes with them; false: there is nothing to tell.
+  virtual bool fill(wire::Telemetry& telemetry) = 0;
+  /// What nobody has been told yet, when nobody is left to be told.
+  virtual std::vector<MemberReport> held_reports() = 0;
+  /// Up to which round it has met whom it has to, as far as it knows, or 0, and then why. Before a run, too.
+  [[nodiscard]] virtual Round met_until() const = 0;
+  [[nodiscard]] virtual std::string unmet() const = 0;
+  /// A greeting can arrive, and may be needed again.
+  [[nodiscard]] virtual bool may_greet() const = 0;
+  [[nodiscard]] virtual bool greeting_needed() const = 0;
+  virtual void greet() = 0;
+  /// Says in which round it is, and what it waits for.
+  virtual void describe(wire::Presence& presence) const = 0;
+  /// What else the main thread has to do; false: and then it has left the run.
+  [[nodiscard]] virtual bool more_to_do() const { return false; }
+  virtual bool do_more(Lock&) { return true; }
+  [[nodiscard]] virtual wire::ReaderEvents reader_events() const = 0;
+  [[nodiscard]] virtual std::uint64_t sent_again_bytes() const = 0;
+  [[nodiscard]] virtual std::uint64_t missed_inputs() const = 0;
+
+  // --- what they have in common
+  // -----------------------------------------------------------------------------------------------------------
 
   /// Runs under the lock, until run() has ended; a failure is kept for the main thread.
   template <class Work>
@@ -84,99 +96,73 @@ class RunMember {
     }
   }
 
-  void on_command(const wire::Command& command) {
-    guarded([&] {
-      switch (command.order) {
-        case wire::Order::status:
-          status_asked_ = true;
-          break;
-        case wire::Order::finish:
-          finish_ = finish_ || command.epoch == epoch_;
-          break;
-        case wire::Order::shutdown:
-          shutdown_ = true;
-          break;
-        case wire::Order::departed:
-          if (command.epoch != epoch_)
-            lost_early_ = command;
-          else if (!finish_)
-            depart(command.agents);
-          break;
-        case wire::Order::welcome:
-          welcomed_ = welcomed_ || command.to == participant_.guid();
-          break;
-        case wire::Order::refused:
-          if (!welcomed_ && command.to == participant_.guid()) refusal_ = command.note;
-          break;
-        case wire::Order::come_back:
-          if (command.epoch == epoch_ && !finish_) come_back(command.agents, command.round);
-          break;
-      }
-      wake_.notify_one();
-    });
+  /// Of a run that is over or has begun.
+  [[nodiscard]] bool outdated(std::uint32_t epoch) const { return epoch < newest_epoch_ || epoch == epoch_; }
+  /// A part of an assignment that is not outdated has come: with the last one, a run can begin.
+  template <class Part>
+  void add_part(std::map<std::uint32_t, Part>& parts, Part&& part) {
+    if (part.epoch > newest_epoch_) parts.clear();
+    newest_epoch_ = part.epoch;
+    const std::uint32_t count = part.parts;
+    parts[part.part] = std::forward<Part>(part);
+    assigned_ = parts.size() == count;
+    if (assigned_) wake_.notify_one();
   }
-
-  /// Reports that nobody is left to take, line by line for the log.
-  static std::vector<std::string> in_words(std::span<const MemberReport> reports) {
-    std::vector<std::string> lines;
-    for (const MemberReport& report : reports) {
-      const std::size_t size = report.rounds.empty() ? 0 : report.estimates.size() / report.rounds.size();
-      for (std::size_t r = 0; r < report.rounds.size(); ++r)
-        lines.push_back(fmt::format("held: agent {}, round {}: {}", report.agent.value, report.rounds[r],
-                                    fmt::join(std::span(report.estimates).subspan(r * size, size), " ")));
-    }
-    return lines;
-  }
-
-  /// What this process has used so far.
-  static Performance usage(std::uint32_t process) {
-    rusage used{};
-    getrusage(RUSAGE_SELF, &used);
-    const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
-    Performance performance;
-    performance.process = process;
-    performance.cpu = seconds(used.ru_utime) + seconds(used.ru_stime);
-    performance.resident_bytes = static_cast<std::uint64_t>(used.ru_maxrss) * 1024;
-    return performance;
-  }
-
-  void on_orchestrator(std::size_t writers) {
-    guarded([&] {
-      orchestrator_lost_ = writers == 0 && orchestrator_writers_ > 0 && !meeting_.launched;
-      orchestrator_writers_ = writers;
-      if (orchestrator_lost_) wake_.notify_one();
-    });
-  }
-
-  /// For has_work: waits for it, but for no longer than until the next greeting; false then. The first one comes soon, later ones less and
-  /// less often.
-  template <class HasWork>
-  bool wait_or_greet(Lock& lock, HasWork&& has_work) {
-    if (wake_.wait_for(lock, greet_again_, std::forward<HasWork>(has_work))) return true;
-    greet_again_ = std::min(2 * greet_again_, kGreetSeldom);
-    return false;
+  /// Is this of the run that goes on here?
+  [[nodiscard]] bool current(std::uint32_t epoch) const { return epoch == epoch_ && !finish_; }
+  /// Somebody new has been found: greet everybody, and again soon.
+  void greet_anew();
+  /// Unless it goes already.
+  void start_clock(const Grant& grant, Seconds dt, Round first, Round last, std::vector<Seconds> phases);
+  void send_reports(Lock& lock, bool last);
+  /// For Presence.
+  [[nodiscard]] std::optional<double> liveliness_lease() const {
+    return arrival_.launched ? std::nullopt : std::optional(kSignOfLifeLease);
   }
 
   std::mutex mutex_;  // guards everything below, and what the derived class says it guards
   std::condition_variable wake_;
-  std::exception_ptr failure_;
-  std::optional<std::uint32_t> epoch_;                           // of the run being served
-  std::optional<wire::Command> lost_early_;                      // `departed`, of a run that has not begun here
-  static constexpr std::chrono::milliseconds kReportEvery{250};  // in real time
-  static constexpr std::chrono::milliseconds kGreetSoon{15}, kGreetSeldom{500};
-  std::chrono::milliseconds greet_again_ = kGreetSoon;
-  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
-       orchestrator_lost_ = false, ended_ = false;
-
+  const std::uint32_t process_;
+  const std::vector<AgentId> agents_;
+  std::optional<std::uint32_t> epoch_;       // of the run being served; none before the first
+  std::optional<wire::Command> lost_early_;  // `departed`, of a run that has not begun here
+  std::optional<Grant> granted_early_;       // of such a run
+  std::optional<Delivery> delivery_;         // of the run, in real time
+  Round ready_until_ = 0;                    // what the newest `ready` of this epoch said; 0: none yet
   wire::Participant participant_;
+  wire::Writer<wire::Telemetry> telemetry_;
 
  private:
+  void on_grant(Grant&& grant);
+  void on_command(const wire::Command& command);
+  void on_orchestrator(std::size_t writers);
+  [[nodiscard]] bool join_run(Lock& lock);
+  [[noreturn]] void lose_orchestrator() const;
   [[nodiscard]] std::string objection_to_orchestrators() const;
+  void serve(Lock& lock);
+  [[nodiscard]] bool has_work() const;
+  void wait_for_work(Lock& lock);
+  void start_run(Lock& lock);
+  void say(Lock& lock, wire::State state, const std::string& note = {});
+  [[nodiscard]] Performance performance() const;
 
-  Meeting meeting_;
+  const Arrival arrival_;
+  std::string host_;
+  std::exception_ptr failure_;
+  std::uint32_t newest_epoch_ = 0;
+  bool assigned_ = false;  // a complete assignment waits
+  bool greeted_ = false;   // everybody found so far has been greeted
+  std::chrono::milliseconds greet_again_;
+  bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
+       orchestrator_lost_ = false, ended_ = false, welcomed_ = false;
   std::size_t orchestrator_writers_ = 0;
-  bool welcomed_ = false;
   std::string refusal_;  // the run's reason not to want this process
+
+  wire::Writer<wire::Presence> presence_;
+  std::optional<wire::Reader<Grant>> grants_;  // while run() goes on, as they call the derived class
+  std::optional<wire::Reader<wire::Command>> commands_;
+  wire::ReaderEvents events_before_;  // before the clock started: nothing was due then
+  std::optional<Pacer> pacer_;        // never destroyed under the lock: it calls back
 };
 
 }  // namespace consort

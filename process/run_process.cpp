@@ -107,28 +107,28 @@ void expect_build(const std::string& word) {
                    ": build or install all three programs together");
 }
 
-/// Is told when the orchestrator that started it dies; one that is gone already is noticed too. The signal is SIGCONT, which reaches a
-/// process that is stopped as well.
+// Is told when the orchestrator that started it dies; one that is gone already is noticed too. The signal is SIGCONT, which reaches a
+// process that is stopped as well.
 void die_with(pid_t orchestrator) {
   if (orchestrator == 0) return;
   prctl(PR_SET_PDEATHSIG, SIGCONT);
   if (getppid() != orchestrator) throw RunError("the orchestrator (pid " + std::to_string(orchestrator) + ") is gone");
 }
 
-/// What the main thread and the one that waits for signals share; the second ends with the process only.
+// What the main thread and the one that waits for signals share; the second ends with the process only.
 struct Ending {
   std::atomic<int> caught{0};
   std::mutex mutex;
-  std::function<void(bool orphaned)> interrupt;  ///< empty when the member is gone
+  std::function<void(bool orphaned)> interrupt;  // empty when the member is gone
 };
 
-/// While it exists, the member is told.
-class ToldOfEnding {
+// While it exists, the member is interrupted when the process is to end.
+class InterruptedAtEnd {
  public:
-  ToldOfEnding(Ending& ending, std::function<void(bool orphaned)> interrupt) : ending_(ending) { set(std::move(interrupt)); }
-  ~ToldOfEnding() { set(nullptr); }
-  ToldOfEnding(const ToldOfEnding&) = delete;
-  ToldOfEnding& operator=(const ToldOfEnding&) = delete;
+  InterruptedAtEnd(Ending& ending, std::function<void(bool orphaned)> interrupt) : ending_(ending) { set(std::move(interrupt)); }
+  ~InterruptedAtEnd() { set(nullptr); }
+  InterruptedAtEnd(const InterruptedAtEnd&) = delete;
+  InterruptedAtEnd& operator=(const InterruptedAtEnd&) = delete;
 
  private:
   void set(std::function<void(bool orphaned)> interrupt) {
@@ -138,8 +138,8 @@ class ToldOfEnding {
   Ending& ending_;
 };
 
-/// Waits for what ends the process: SIGINT, SIGTERM, SIGHUP, or the death of the orchestrator. Then lets the member end by itself, but not
-/// for longer than a few seconds.
+// Waits for what ends the process: SIGINT, SIGTERM, SIGHUP, or the death of the orchestrator. Then lets the member end by itself, but not
+// for longer than a few seconds.
 void wait_for_the_end(Ending& ending, const sigset_t& signals, pid_t orchestrator) {
   constexpr timespec kPatience{3, 0};
   int signal = 0;
@@ -159,7 +159,7 @@ void wait_for_the_end(Ending& ending, const sigset_t& signals, pid_t orchestrato
   std::_Exit(128 + ending.caught);
 }
 
-/// Shows, while it exists, that this process is alive.
+// Shows, while it exists, that this process is alive.
 class SignsOfLife {
  public:
   explicit SignsOfLife(dds::domain::DomainParticipant& participant)
@@ -175,14 +175,14 @@ class SignsOfLife {
   std::jthread thread_;
 };
 
-/// Who started the process (nohup) wants it to outlive the terminal. (A signal that is blocked is kept, ignored or not, and sigwait would
-/// find it.)
+// Who started the process (nohup) wants it to outlive the terminal. (A signal that is blocked is kept, ignored or not, and sigwait would
+// find it.)
 bool ignores_hang_up() {
   struct sigaction inherited {};
   return sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler == SIG_IGN;
 }
 
-/// Joins the run's domain, makes the member and runs it. The exit code.
+// Joins the run's domain, makes the member and runs it. The exit code.
 int serve(const RunProcessOptions& options, const RunProgram& program, const MakeMember& make) {
   const auto key = wire::RunKey::of_environment();
   sigset_t signals;
@@ -202,7 +202,7 @@ int serve(const RunProcessOptions& options, const RunProgram& program, const Mak
   std::optional<SignsOfLife> signs;
   if (options.orchestrator == 0) signs.emplace(entity);
   const auto ending = std::make_shared<Ending>();
-  const ToldOfEnding told(*ending, [&member](bool orphaned) { member->interrupt(orphaned); });
+  const InterruptedAtEnd interrupted(*ending, [&member](bool orphaned) { member->interrupt(orphaned); });
   std::thread([ending, signals, orchestrator = options.orchestrator] { wait_for_the_end(*ending, signals, orchestrator); }).detach();
   member->run();
   return ending->caught == 0 ? static_cast<int>(Exit::ok) : 128 + ending->caught;
@@ -210,7 +210,7 @@ int serve(const RunProcessOptions& options, const RunProgram& program, const Mak
 
 }  // namespace
 
-Meeting RunProcessOptions::meeting() const {
+Arrival RunProcessOptions::arrival() const {
   const std::string ports =
       port == 0 && discovery == "multicast" ? ", UDP port " + std::to_string(7400 + 250 * domain) + " for discovery" : std::string();
   return {orchestrator != 0, wait,

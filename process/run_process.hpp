@@ -23,7 +23,7 @@ struct RunProcessOptions {
   std::string build;  ///< of the orchestrator that started it
   pid_t orchestrator = 0;
 
-  [[nodiscard]] Meeting meeting() const;
+  [[nodiscard]] Arrival arrival() const;
   /// Packets may be lost on the way: not within a host, unless the experiment wants it.
   [[nodiscard]] bool lossy() const { return interface != "lo" || transmit_loss > 0.0; }
 };

@@ -44,8 +44,10 @@ class Hosted {
   void finish(std::size_t member, Inbox inbox);
   void miss(std::size_t member);
 
-  /// Numbers that the plant tells this member in a round, and those among them that it measures.
-  [[nodiscard]] std::size_t told_by_plant(std::size_t member) const { return places_[member].measurements + places_[member].distances; }
+  /// How many numbers the plant sends this member in a round, and how many of them it measures.
+  [[nodiscard]] std::size_t numbers_from_plant(std::size_t member) const {
+    return places_[member].measurements + places_[member].distances;
+  }
   [[nodiscard]] std::size_t measurements(std::size_t member) const { return places_[member].measurements; }
   /// Throws RunError if the measurement has another length than the members that take part in its round expect.
   void check_length(const Measurement& measurement) const;

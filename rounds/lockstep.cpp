@@ -33,7 +33,7 @@ void Lockstep::depart(std::span<const AgentId> agents) {
   }
 }
 
-/// Gives one message to one member; notices when that was the last one its round waited for.
+// Gives one message to one member; notices when that was the last one its round waited for.
 void Lockstep::deliver(std::uint32_t member, AgentId from, Round round, std::span<const double> message) {
   Member& receiver = hosted_[member];
   if (receiver.mailbox().post(from, round, message) != Mailbox::Post::accepted) return;
@@ -55,18 +55,18 @@ void Lockstep::receive(const Measurement& measurement) {
     if (hosted_[member].round() == measurement.round) ready_.push_back(member);
 }
 
-/// Is y of the member's round here?
+// Is y of the member's round here?
 bool Lockstep::find_measurement(std::size_t member) {
-  if (hosted_.told_by_plant(member) == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
+  if (hosted_.numbers_from_plant(member) == 0 && !act_) return true;  // who steers keeps step with the plant even if it measures nothing
   const Round k = hosted_[member].round();
   const auto entry = std::find_if(measured_.begin(), measured_.end(), [k](const Measured& measured) { return measured.round == k; });
   if (entry == measured_.end()) return false;
   std::size_t at = 0;
   for (std::size_t before = 0; before < member; ++before)
-    if (hosted_[before].attendance().holds(k)) at += hosted_.told_by_plant(before);
-  const std::span<const double> told = std::span<const double>(entry->values).subspan(at, hosted_.told_by_plant(member));
-  y_[member] = told.first(hosted_.measurements(member));
-  if (told.size() > y_[member].size()) hosted_[member].mailbox().note_distances(told.subspan(y_[member].size()));
+    if (hosted_[before].attendance().holds(k)) at += hosted_.numbers_from_plant(before);
+  const std::span<const double> numbers = std::span<const double>(entry->values).subspan(at, hosted_.numbers_from_plant(member));
+  y_[member] = numbers.first(hosted_.measurements(member));
+  if (numbers.size() > y_[member].size()) hosted_[member].mailbox().note_distances(numbers.subspan(y_[member].size()));
   return true;
 }
 
@@ -81,8 +81,8 @@ void Lockstep::begin(std::size_t member) {
   for (const std::uint32_t listener : listeners) deliver(listener, sender.id(), sender.round(), sender.message());
 }
 
-/// The member's control of round k. With the last one of the round they go to the plant: nobody can be a round ahead, since the plant
-/// waits for them.
+// The member's control of round k. With the last one of the round they go to the plant: nobody can be a round ahead, since the plant
+// waits for them.
 void Lockstep::steer(std::size_t member, Round k) {
   std::size_t total = 0, at = 0, taking_part = 0;
   for (std::size_t other = 0; other < hosted_.size(); ++other) {

@@ -29,7 +29,7 @@ class Lockstep final : public Rounds {
   [[nodiscard]] Hosted& hosted() override { return hosted_; }
 
  private:
-  /// What the plant let the members measure in one round.
+  // What the plant let the members measure in one round.
   struct Measured {
     Round round;
     std::vector<double> values;

@@ -48,7 +48,7 @@ void Member::depart(std::span<const AgentId> gone) {
   if (begun_) find_neighbours(gone);
 }
 
-/// Whom it hears in its round: the in-neighbours of the graph, without those that are gone and have not been heard.
+// Whom it hears in its round: the in-neighbours of the graph, without those that are gone and have not been heard.
 void Member::find_neighbours(std::span<const AgentId> gone) {
   sense_.in_neighbours = graph_->in_neighbours(id());
   sense_.out_degree = graph_->out_degree(id());

@@ -14,16 +14,16 @@ Realtime::Realtime(const Assignment& run, std::span<const MemberTask> tasks, Sen
     listeners_[member].incoming.resize(hosted_[member].mailbox().senders().size());
 }
 
-/// The newest one counts. It is laid out for the members that were there in its round.
+// The newest one counts. It is laid out for the members that were there in its round.
 void Realtime::receive(const Measurement& measurement) {
   hosted_.check_length(measurement);
   std::size_t at = 0;
   for (std::size_t index = 0; index < hosted_.size(); ++index) {
     Member& member = hosted_[index];
     if (!member.attendance().holds(measurement.round)) continue;
-    const std::span<const double> told = measurement.values.subspan(at, hosted_.told_by_plant(index));
-    const std::span<const double> own = told.first(hosted_.measurements(index)), distances = told.subspan(own.size());
-    at += told.size();
+    const std::span<const double> numbers = measurement.values.subspan(at, hosted_.numbers_from_plant(index));
+    const std::span<const double> own = numbers.first(hosted_.measurements(index)), distances = numbers.subspan(own.size());
+    at += numbers.size();
     Listener& listener = listeners_[index];
     if (measurement.round < listener.y_of) continue;
     if (!distances.empty()) member.mailbox().note_distances(distances);
@@ -82,13 +82,13 @@ void Realtime::Incoming::use(const Received& received, Round round) {
   used_in = round + 1;
 }
 
-/// Its round is over, but it lives: it is used in the next one, if nothing newer comes.
+// Its round is over, but it lives: it is used in the next one, if nothing newer comes.
 void Realtime::use_late(Member& member, Incoming& incoming, AgentId from, Round round, std::span<const double> message) const {
   const auto received = member.mailbox().take_late({from, incoming.weight}, round, message);
   if (received && incoming.used_in <= round) incoming.use(*received, round);
 }
 
-/// Rounds that a member has missed go by without a change.
+// Rounds that a member has missed go by without a change.
 void Realtime::catch_up(std::size_t member, Round k) {
   while (hosted_[member].round() < k && !hosted_[member].left()) hosted_.miss(member);
 }
@@ -106,7 +106,7 @@ void Realtime::begin_round(Round k) {
   }
 }
 
-/// Who should have been heard in round k, and was not.
+// Who should have been heard in round k, and was not.
 void Realtime::count_round(const Member& member, Listener& listener, Round k) {
   const Round passed = k + 1 - listener.last_ended;
   listener.last_ended = k + 1;
@@ -130,7 +130,7 @@ void Realtime::count_round(const Member& member, Listener& listener, Round k) {
   }
 }
 
-/// Where an in-neighbour has nothing new, its last message while that lives.
+// Where an in-neighbour has nothing new, its last message while that lives.
 Inbox Realtime::with_held(const Member& member, Listener& listener, Round k, Inbox fresh) const {
   if (lifespan_ <= 1) return fresh;
   listener.inbox.clear();

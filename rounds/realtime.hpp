@@ -30,7 +30,7 @@ class Realtime final : public Rounds {
   [[nodiscard]] Hosted& hosted() override { return hosted_; }
 
  private:
-  /// What a member knows of one sender's messages.
+  // What a member knows of one sender's messages.
   struct Incoming {
     NetworkCounters counters;
     Round newest = 0;             // the latest round received, plus one

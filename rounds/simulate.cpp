@@ -13,11 +13,11 @@ namespace {
 
 constexpr Round kNobodyRunsAhead = 1;  // of the agents here
 
-/// All agents of one run, side by side in memory.
+// All agents of one run, side by side in memory.
 class World {
  public:
   World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed);
-  void advance(Round k);  ///< from the beginning of round k to the beginning of round k + 1
+  void advance(Round k);  // from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
   [[nodiscard]] Trace empty_trace() const;
   [[nodiscard]] std::vector<LinkTotals> links() const;
@@ -46,7 +46,7 @@ class World {
   std::vector<std::vector<double>> measurements_;  // by agent; empty without a plant
   std::vector<double> distances_;                  // of one agent
   std::vector<HistoryHash> state_histories_;
-  /// Of earlier stays of those that came back.
+  // Of earlier stays of those that came back.
   struct Earlier {
     AgentCounters counters;
     std::map<AgentId, LinkCounters> links;
@@ -128,7 +128,7 @@ void World::measure(std::size_t i) {
   members_[i].mailbox().note_distances(distances_);
 }
 
-/// u of every agent goes to the plant, which moves on.
+// u of every agent goes to the plant, which moves on.
 void World::steer() {
   const Round k = physics_->round();
   for (std::size_t i = 0; steers_ && i < members_.size(); ++i)
@@ -153,7 +153,7 @@ void World::advance(Round k) {
   come_back(k + 1);
 }
 
-/// Whoever begins a later stay at round k remembers nothing of its earlier ones.
+// Whoever begins a later stay at round k remembers nothing of its earlier ones.
 void World::come_back(Round k) {
   for (const auto& [agent, presence] : experiment_.presence) {
     const auto begins = [k](const Attendance& stay) { return stay.from == k; };

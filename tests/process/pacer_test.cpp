@@ -27,7 +27,7 @@ TEST(Pacer, RoundsComeInOrderAndThoseThatAreOverAreLeftOut) {
   ASSERT_TRUE(wake.wait_for(lock, std::chrono::seconds(60), [&] { return !seen.empty() && seen.back() == kLast; }));
   Performance performance;
   lock.unlock();
-  pacer.tell(performance);
+  pacer.add_to(performance);
   EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
   EXPECT_EQ(performance.periods, seen.size());
   if (seen.front() + 50 < kLast) {
