@@ -2,7 +2,9 @@
 /// Numbers as users write them: decimal, whole, with nothing around them; what does not fit into the type is none.
 
 #include <charconv>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <system_error>
 
@@ -16,6 +18,15 @@ std::optional<Number> parse_number(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+/// "; did you mean 1000?" for "1e3": a whole number, but not written digit by digit. Else nothing.
+inline std::string written_out(std::string_view text) {
+  constexpr double kExact = 9007199254740992.0;  // 2^53: up to there a double holds every whole number
+  const auto value = parse_number<double>(text);
+  const bool whole = value && *value >= 0.0 && *value <= kExact && *value == static_cast<double>(static_cast<std::uint64_t>(*value));
+  if (!whole || parse_number<std::uint64_t>(text)) return {};
+  return "; did you mean " + std::to_string(static_cast<std::uint64_t>(*value)) + "?";
 }
 
 }  // namespace consort

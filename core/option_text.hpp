@@ -16,7 +16,8 @@ template <std::unsigned_integral Number>
 Number whole_option(const std::string& option, const std::string& text, Number low, Number high) {
   const auto value = parse_number<Number>(text);
   if (value && *value >= low && *value <= high) return *value;
-  throw ConfigError(option + ": found '" + text + "'; allowed: a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+  throw ConfigError(option + ": found '" + text + "'; allowed: a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+                    (value ? "" : ", digits only") + written_out(text));
 }
 
 /// A number from `low` to `high`. Throws ConfigError naming `option`.

@@ -5,6 +5,7 @@
 #include "core/id_list.hpp"
 #include "core/nearest.hpp"
 #include "core/option_text.hpp"
+#include "idl/dds_failure.hpp"
 #include "idl/dds_log.hpp"
 #include "idl/trust.hpp"
 #include "io/interfaces.hpp"
@@ -182,6 +183,23 @@ bool ignores_hang_up() {
   return sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler == SIG_IGN;
 }
 
+// The domain of the run, and this process in it. Throws ConfigError or RunError, in words, where it cannot be opened.
+struct Joined {
+  dds::domain::Domain domain;
+  wire::Participant participant;
+
+  Joined(const RunProcessOptions& options, const RunProgram& program, const wire::RunKey& key) try
+      : domain(options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, program.hosts_agents)))),
+        participant(domain, {program.name, wire::Build::own(), options.ids}, key) {
+    const auto tell = [](const std::string& line) { streams::tell(line + "\n"); };
+    for (const std::string& warning : wire::DdsLog::of_this_process().take_reasons()) tell("DDS: " + warning);
+    wire::DdsLog::of_this_process().write_to(tell);  // only now: why there is no domain is told in other words
+  } catch (const dds::core::Exception& failure) {
+    wire::raise_no_domain(failure, "DDS domain " + std::to_string(options.domain),
+                          options.port == 0 ? "allowed: another --domain" : "allowed: a --port that is free, and the one above it");
+  }
+};
+
 // Joins the run's domain, makes the member and runs it. The exit code.
 int serve(const RunProcessOptions& options, const RunProgram& program, const MakeMember& make) {
   const auto key = wire::RunKey::of_environment();
@@ -193,10 +211,9 @@ int serve(const RunProcessOptions& options, const RunProgram& program, const Mak
   sigaddset(&signals, SIGCONT);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // before DDS starts its threads, so that they inherit it
 
-  wire::DdsLog::of_this_process().write_to([](const std::string& line) { streams::tell(line + "\n"); });
-  const dds::domain::Domain domain(
-      options.domain, dds::domain::with_user_configuration(dds::configuration::xml(settings_of(options, program.hosts_agents))));
-  const wire::Participant participant(domain, {program.name, wire::Build::own(), options.ids}, key);
+  wire::DdsLog::of_this_process();  // listens to DDS from now on
+  const Joined joined(options, program, key);
+  const wire::Participant& participant = joined.participant;
   dds::domain::DomainParticipant entity = participant;
   const std::unique_ptr<RunMember> member = make(participant);
   std::optional<SignsOfLife> signs;
@@ -228,6 +245,8 @@ int run_process(const RunProgram& program, int argc, char** argv, const std::fun
     die_with(options.orchestrator);
     if (program.hosts_agents) options.ids = to_text(parse_ids("--ids", options.ids));
     if (const std::string refusal = interface_refusal(options.interface); !refusal.empty()) throw ConfigError("--interface: " + refusal);
+    if (options.discovery == "neighbours" && options.port == 0)
+      throw ConfigError("--port: found none with --discovery neighbours; allowed: this process's own UDP port, from 1024 to 65000");
     const MakeMember make = prepare(options);
     return serve(options, program, make);
   } catch (const CLI::ParseError& failure) {

@@ -21,6 +21,11 @@ void say(const std::string& text) {
 
 namespace {
 
+std::string refusal_json(Exit exit, const std::string& error) {
+  const nlohmann::ordered_json answer{{"exit", static_cast<int>(exit)}, {"error", error}};
+  return fmt::format("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
 /// "unknown option '--sed'; did you mean '--seed'?", for the first word that `app` does not know.
 std::string unexpected(const CLI::App& app) {
   const auto words = app.remaining(true);
@@ -34,12 +39,19 @@ std::string unexpected(const CLI::App& app) {
 
 }  // namespace
 
+void Verb::add_output_flags(const std::string& json, const std::string& quiet) {
+  app_.add_flag("--json", json_, json);
+  app_.add_flag("--quiet", quiet_, quiet);
+}
+
+void Verb::show(const std::string& text, const std::string& json) const {
+  if (json_ || !quiet_) streams::put(json_ ? json : text);
+}
+
 Exit Verb::abandon(Exit exit, const std::string& error) {
   // The option's own count: what it was to set may not have been set when parsing ended.
   const CLI::Option* json = app_.get_option_no_throw("--json");
-  if (json == nullptr || json->count() == 0) return exit;
-  const nlohmann::ordered_json answer{{"exit", static_cast<int>(exit)}, {"error", error}};
-  streams::put(fmt::format("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace)));
+  if (json != nullptr && json->count() > 0) streams::put(refusal_json(exit, error));
   return exit;
 }
 
@@ -105,9 +117,13 @@ int CommandLine::answer(const CLI::ParseError& stop) {
 }
 
 int CommandLine::fail(Exit exit, const std::string& error) {
+  bool known = false;
   for (const auto& verb : verbs_) {
-    if (verb->app().parsed()) exit = verb->abandon(exit, error);
+    if (!verb->app().parsed()) continue;
+    exit = verb->abandon(exit, error);
+    known = true;
   }
+  if (!known && std::find(words_.begin(), words_.end(), "--json") != words_.end()) streams::put(refusal_json(exit, error));
   say(error);
   return static_cast<int>(exit);
 }

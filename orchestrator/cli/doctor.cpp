@@ -1,10 +1,8 @@
 #include "orchestrator/cli/doctor.hpp"
 
 #include "core/counted.hpp"
-#include "idl/dds_log.hpp"
+#include "core/errors.hpp"
 #include "orchestrator/run/dds_configuration.hpp"
-
-#include <dds/dds.hpp>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -224,18 +222,16 @@ DoctorCheck judge_configuration(const std::string& uri, const std::vector<Networ
 }
 
 DoctorCheck check_dds(const std::string& interface) {
-  DoctorCheck check{"DDS", true, "a domain opens with the configuration of a run", ""};
-  wire::DdsLog& log = wire::DdsLog::of_this_process();
-  dds::configuration::Settings settings;
-  settings.interface = interface;
+  constexpr std::string_view kVariable = "CYCLONEDDS_URI: ";
   try {
-    const dds::domain::Domain domain(0, dds::domain::with_user_configuration(dds::configuration::xml(settings)));
-    const dds::domain::DomainParticipant participant(domain);
-  } catch (const dds::core::Exception& failure) {
-    check = {"DDS", false, failure.what(), std::getenv("CYCLONEDDS_URI") == nullptr ? "ip -brief address" : "unset CYCLONEDDS_URI"};
-    for (const std::string& reason : log.take_reasons()) check.found += "; " + reason;
+    try_domain(interface);
+    return {"DDS", true, "a domain opens with the configuration of a run", ""};
+  } catch (const ConfigError& refusal) {
+    const std::string text = std::string(refusal.what()).substr(kVariable.size());
+    return {"CYCLONEDDS_URI", false, text.substr(0, text.find("; allowed: ")), "unset CYCLONEDDS_URI"};
+  } catch (const RunError& failure) {
+    return {"DDS", false, failure.what(), "ip -brief address"};
   }
-  return check;
 }
 
 DoctorCheck check_multicast(const std::string& interface_name) {
@@ -299,8 +295,11 @@ std::vector<DoctorCheck> examine_host(const std::string& interface) {
   const NetworkInterface* found = find_interface(interface, there);
   std::vector<DoctorCheck> checks = judge(interface, there);
   checks.push_back(judge_configuration(configuration_of_environment(), there));
-  if (std::all_of(checks.begin(), checks.end(), [](const DoctorCheck& check) { return check.well; }))
-    checks.push_back(check_dds(interface));
+  if (std::all_of(checks.begin(), checks.end(), [](const DoctorCheck& check) { return check.well; })) {
+    const DoctorCheck dds = check_dds(interface);
+    if (dds.name == checks.back().name) checks.pop_back();  // only DDS itself saw what is wrong with the user's configuration
+    checks.push_back(dds);
+  }
   checks.push_back(check_multicast());
   if (found != nullptr && found->name != "lo") checks.push_back(check_multicast(found->name));
   for (auto& check : judge(read_limits())) checks.push_back(std::move(check));

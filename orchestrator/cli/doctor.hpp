@@ -39,7 +39,8 @@ std::vector<DoctorCheck> judge(const HostLimits& limits);  ///< pure
 std::vector<DoctorCheck> judge(const std::string& interface, const std::vector<NetworkInterface>& there);
 /// What `uri` (as CYCLONEDDS_URI has it) keeps a run from; pure, but for the files it names.
 DoctorCheck judge_configuration(const std::string& uri, const std::vector<NetworkInterface>& there);
-DoctorCheck check_dds(const std::string& interface);                    ///< opens a domain as a run does
+/// Opens a domain as a run does; what fails because of CYCLONEDDS_URI has its name.
+DoctorCheck check_dds(const std::string& interface);
 DoctorCheck check_multicast(const std::string& interface_name = "lo");  ///< sends a datagram to 239.255.0.1 and waits for it
 
 struct Leftover {

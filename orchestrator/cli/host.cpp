@@ -35,13 +35,13 @@ class DoctorVerb : public Verb {
         {{"0", "all is well"}, {"3", "a check failed"}});
     app_.add_option("--interface", interface_, "The network interface (name or address) that a run is to use. Default: lo.")
         ->type_name("NAME");
-    app_.add_flag("--json", json_, "Print the checks as JSON.");
+    add_output_flags("Print the checks as JSON.", "Print nothing: the exit code says whether all is well.");
   }
 
   Exit execute() override {
     const auto checks = examine_host(interface_);
     const bool well = std::all_of(checks.begin(), checks.end(), [](const auto& check) { return check.well; });
-    streams::put(json_ ? as_json(checks, well) : render(checks, style_of(STDOUT_FILENO)));
+    show(render(checks, style_of(STDOUT_FILENO)), as_json(checks, well));
     return well ? Exit::ok : Exit::run_failed;
   }
 
@@ -75,22 +75,22 @@ class ExportVerb : public Verb {
         {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
     app_.add_option("folder", folder_, "The output folder of a run.")->required()->type_name("DIR");
     app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180): the only format there is, and the default.");
-    app_.add_flag("--json", json_, "Print which files were written, and their rows, as JSON.");
+    add_output_flags("Print which files were written, and their rows, as JSON.",
+                     "Print nothing: the exit code says whether all is written.");
   }
 
   Exit execute() override {
     const Exported exported = export_csv(folder_);
-    if (json_) {
-      nlohmann::ordered_json json{{"format", exported.format}, {"files", nlohmann::ordered_json::array()}};
-      for (const ExportedTable& table : exported.tables)
-        json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
-      json["remarks"] = exported.remarks;
-      streams::put(fmt::format("{}\n", dumped(json)));
-      return Exit::ok;
+    nlohmann::ordered_json json{{"format", exported.format}, {"files", nlohmann::ordered_json::array()}};
+    std::string text;
+    for (const ExportedTable& table : exported.tables) {
+      json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
+      text += fmt::format("{}  {} {}\n", table.file.string(), grouped(table.rows), noun(table.rows, "row"));
     }
-    for (const ExportedTable& table : exported.tables)
-      streams::put(fmt::format("{}  {} {}\n", table.file.string(), grouped(table.rows), noun(table.rows, "row")));
-    for (const std::string& remark : exported.remarks) streams::tell(fmt::format("{}\n", remark));
+    json["remarks"] = exported.remarks;
+    show(text, dumped(json) + "\n");
+    if (!json_ && !quiet_)
+      for (const std::string& remark : exported.remarks) streams::tell(fmt::format("{}\n", remark));
     return Exit::ok;
   }
 

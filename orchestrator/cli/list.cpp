@@ -6,6 +6,7 @@
 #include "models/registry.hpp"
 #include "orchestrator/report/terminal.hpp"
 #include "orchestrator/script/topology.hpp"
+#include "orchestrator/script/wording.hpp"
 #include "protocols/registry.hpp"
 
 #include <fmt/format.h>
@@ -101,6 +102,30 @@ nlohmann::ordered_json as_json(const std::string& what) {
   return out;
 }
 
+/// The names of all that is in the list `what`.
+std::vector<std::string> names_in(const std::string& what) {
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& table) {
+    for (const auto& entry : table) names.emplace_back(entry.name);
+  };
+  if (what == "protocols") add(protocol_table());
+  if (what == "plants") add(plant_table());
+  if (what == "topologies") add(topology_table());
+  if (what == "metrics") add(metric_table());
+  return names;
+}
+
+/// What is wrong with `word` as the name of a list; who asks for one of its entries is told which list has it.
+std::string a_list(const std::string& word) {
+  const std::vector<std::string> lists{"protocols", "plants", "topologies", "metrics"};
+  const std::string refusal = one_of(lists)(word);
+  if (refusal.empty() || refusal.find("did you mean") != std::string::npos) return refusal;
+  for (const std::string& list : lists)
+    if (const std::string match = did_you_mean(word, names_in(list)); !match.empty())
+      return fmt::format("{}{} It is in `consort list {}`", refusal, match, list);
+  return refusal;
+}
+
 class ListVerb : public Verb {
  public:
   explicit ListVerb(CLI::App& parent) : Verb(*parent.add_subcommand("list", "")) {
@@ -113,15 +138,13 @@ class ListVerb : public Verb {
              {{"consort list protocols", "The algorithms."},
               {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
              {{"0", "listed"}, {"2", "there is no such list"}});
-    app_.add_option("what", what_, "What to list.")
-        ->required()
-        ->type_name("protocols|plants|topologies|metrics")
-        ->check(one_of({"protocols", "plants", "topologies", "metrics"}));
-    app_.add_flag("--json", json_, "Print the list as JSON.");
+    app_.add_option("what", what_, "What to list.")->required()->type_name("protocols|plants|topologies|metrics")->check(a_list);
+    add_output_flags("Print the list as JSON.", "Refused: a list is there to be printed.");
   }
 
   Exit execute() override {
     const TextStyle style = style_of(STDOUT_FILENO);
+    if (quiet_ && !json_) throw ConfigError("--quiet: found with list, which does nothing but print; allowed: with --json, or not at all");
     if (json_)
       streams::put(fmt::format("{}\n", as_json(what_).dump(2)));
     else if (what_ == "protocols")

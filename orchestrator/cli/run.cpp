@@ -5,6 +5,7 @@
 #include "orchestrator/cli/help.hpp"
 #include "orchestrator/cli/verbs.hpp"
 #include "orchestrator/report/findings.hpp"
+#include "orchestrator/report/left_out.hpp"
 #include "orchestrator/report/progress.hpp"
 #include "orchestrator/report/record.hpp"
 #include "orchestrator/report/results.hpp"
@@ -183,7 +184,7 @@ class RunVerb : public Verb {
   std::optional<int> domain_;
   std::vector<std::string> external_texts_;
   std::vector<std::uint32_t> external_;  // ascending; 0: the plant
-  bool quiet_ = false, force_ = false;
+  bool force_ = false;
 
   Experiment experiment_;
   std::filesystem::path output_;
@@ -227,16 +228,16 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
   };
   constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
   whole("--seed", overrides_.seed, 0, kAny, "Seed of every random draw. Default: the file's.");
-  whole("--rounds", overrides_.rounds, 1, std::numeric_limits<Round>::max(), "Most rounds to run. Default: the file's.");
-  whole("--runs", overrides_.runs, 1, kAny,
+  whole("--rounds", overrides_.rounds, 1, kMostRounds, "Most rounds to run. Default: the file's.");
+  whole("--runs", overrides_.runs, 1, kMostRuns,
         "Repetitions with the seeds N, N+1, ...; a metric is then the mean over the runs that have it, <metric>.std their "
         "deviation, <metric>.share their share. Default: the file's.");
   whole("--agents-per-process", overrides_.agents_per_process, 1, kAny,
         "How many agents share a process; never changes a result. Default: the file's.");
   app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")
       ->type_name("DIR");
-  app_.add_flag("--json", json_, "Print summary.json on standard output instead of the table; where nothing was run, why.");
-  app_.add_flag("--quiet", quiet_, "No table, and nothing on standard error but mistakes and failures.");
+  add_output_flags("Print summary.json on standard output instead of the table; where nothing was run, why.",
+                   "No table, and nothing on standard error but mistakes, failures, and what --external is to be entered with.");
   app_.add_flag("--force", force_, "Run also what theory refuses: estimators that cannot see what they are to estimate, for example.");
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
@@ -278,6 +279,7 @@ void RunVerb::check_options() const {
           fmt::format("--name: found {}; allowed: up to {}, without spaces", counted(run_name_.size(), "byte"), kLongestRunName));
     if (const auto faults = configuration_faults(configuration_of_environment()); !faults.refusals.empty())
       throw ConfigError("CYCLONEDDS_URI: " + faults.refusals.front());
+    if (!configuration_of_environment().empty()) try_domain(interface_);
   }
   for (const std::uint32_t id : external_) {
     if (id == 0 && !experiment_.plant)
@@ -378,8 +380,15 @@ Exit RunVerb::execute() {
     scribe_->note("CYCLONEDDS_URI turns multicast off: processes that find each other by it never will");
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
+  for (const std::string& line : left_out_of_record(experiment_)) scribe_->remark(line);
   const RunOptions run_options = options();
-  for (const std::string& line : commands_by_hand(experiment_, run_options)) scribe_->note(line);
+  // Nobody else can enter them: the key, and often name and domain, are of this run alone.
+  for (const std::string& line : commands_by_hand(experiment_, run_options)) {
+    if (quiet_)
+      streams::tell(line + "\n");
+    else
+      scribe_->note(line);
+  }
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();
@@ -421,7 +430,7 @@ Exit RunVerb::conclude(Summary summary) const {
     if (summary.error.empty()) summary.error = failure.what();
     if (summary.exit == Exit::ok || summary.exit == Exit::criterion_not_met) summary.exit = Exit::run_failed;
   }
-  if (json_ || !quiet_) streams::put(json_ ? to_json(summary) : render(summary, style_of(STDOUT_FILENO)));
+  show(render(summary, style_of(STDOUT_FILENO)), to_json(summary));
   if (!lost.empty()) say(lost);
   return summary.exit;
 }

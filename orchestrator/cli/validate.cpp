@@ -59,14 +59,15 @@ class ValidateVerb : public Verb {
          {"consort validate ring.yaml --json | jq '.findings[] | select(.verdict == \"fails\")'", "Only what theory warns of."}},
         {{"0", "the file is valid"}, {"2", "it is not; the text names file, line, column, what was found and what is allowed"}});
     app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
-    app_.add_flag("--json", json_, "Print the findings as JSON.");
+    add_output_flags("Print the findings as JSON.",
+                     "Print nothing but what is wrong with the file: the exit code says whether it is valid.");
   }
 
   Exit execute() override {
     const Experiment experiment = load_experiment(file_);
     try_protocols(experiment);
     const std::vector<Finding> findings = examine(experiment);
-    streams::put(json_ ? as_json(experiment, findings).dump(2) + "\n" : portrait(experiment, findings, style_of(STDOUT_FILENO)));
+    show(portrait(experiment, findings, style_of(STDOUT_FILENO)), as_json(experiment, findings).dump(2) + "\n");
     return Exit::ok;
   }
 

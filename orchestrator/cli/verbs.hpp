@@ -27,8 +27,13 @@ class Verb {
   virtual Exit abandon(Exit exit, const std::string& error);
 
  protected:
+  /// --json and --quiet, with what they mean here.
+  void add_output_flags(const std::string& json, const std::string& quiet);
+  /// What was asked for, on standard output: `json` with --json, else `text`, unless --quiet was asked for.
+  void show(const std::string& text, const std::string& json) const;
+
   CLI::App& app_;
-  bool json_ = false;
+  bool json_ = false, quiet_ = false;
 };
 
 std::unique_ptr<Verb> make_run_verb(CLI::App& parent, std::vector<std::string> command_line);

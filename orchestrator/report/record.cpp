@@ -316,14 +316,15 @@ class Writer {
   void write(const End& end, const Batch&) {
     Statement update = database_.prepare(
         "UPDATE runs SET messages_sent = ?, messages_delivered = ?, messages_lost = ?, ended = ?, rounds = ?, converged = ?, seconds = ?, "
-        "run_hash = ? WHERE run = ?");
+        "run_hash = ?, complete = ? WHERE run = ?");
     bind_counters(update, 0, end.totals);
     if (!end.at.empty()) update.bind(3, end.at);
     update.bind(4, static_cast<std::int64_t>(end.rounds));
     update.bind(5, static_cast<std::int64_t>(end.converged));
     update.bind(6, end.seconds);
     update.bind(7, hex(end.hash));
-    update.bind(8, static_cast<std::int64_t>(end.run));
+    update.bind(8, std::int64_t{!end.at.empty()});
+    update.bind(9, static_cast<std::int64_t>(end.run));
     update.execute();
     Statement link = database_.prepare("INSERT INTO links VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
     link.bind(0, static_cast<std::int64_t>(end.run));
@@ -350,13 +351,14 @@ class Writer {
 
   void write(const Summary& summary, const Batch&) {
     Statement end = database_.prepare(
-        "UPDATE experiment SET ended = ?, exit = ?, error = ?, trace_hash = ?, startup_seconds = ?, rounds_per_second = ?");
+        "UPDATE experiment SET ended = ?, exit = ?, error = ?, trace_hash = ?, startup_seconds = ?, rounds_per_second = ?, complete = ?");
     end.bind(0, utc_now());
     end.bind(1, static_cast<std::int64_t>(summary.exit));
     if (!summary.error.empty()) end.bind(2, summary.error);
-    end.bind(3, hex(summary.trace_hash));
-    end.bind(4, summary.startup_seconds);
+    if (summary.trace_hash) end.bind(3, hex(*summary.trace_hash));
+    if (summary.startup_seconds) end.bind(4, *summary.startup_seconds);
     end.bind(5, summary.rounds_per_second);
+    end.bind(6, std::int64_t{summary.complete});
     end.execute();
     Statement result = database_.prepare("INSERT INTO results VALUES (?, ?)");
     for (const auto& [name, value] : summary.metrics) {

@@ -31,8 +31,9 @@ CREATE TABLE experiment (        -- one row: what was to be run and, at the end,
   ended TEXT,                    -- UTC; NULL: nobody came to write what follows (the program was killed)
   exit INTEGER,                  -- exit code of consort run
   error TEXT,                    -- why it ended early; NULL: it did not
-  trace_hash TEXT,               -- 16 hexadecimal digits over the run_hash of all runs, in order; as in summary.json
-  startup_seconds REAL,          -- from the call to round 0 of the first run
+  complete INTEGER,              -- 1: every run came to its end; as in summary.json
+  trace_hash TEXT,               -- 16 hexadecimal digits over the run_hash of all runs, in order; as in summary.json; NULL: none began
+  startup_seconds REAL,          -- from the call to round 0 of the first run; NULL: none began
   rounds_per_second REAL
 );
 CREATE TABLE runs (              -- one row per protocol (and value of the sweep) and seed
@@ -42,7 +43,8 @@ CREATE TABLE runs (              -- one row per protocol (and value of the sweep
   seed NOT NULL,                 -- an integer; a text if it exceeds 63 bits
   agents INTEGER NOT NULL,
   began TEXT NOT NULL,           -- UTC
-  ended TEXT,                    -- UTC; NULL: the run did not reach its end
+  ended TEXT,                    -- UTC; NULL: it did not come to its end (a signal, a failure, a deadline)
+  complete INTEGER,              -- 1: it came to its end; 0: it did not, and what follows is how far it came; NULL: nobody came to write that
   rounds INTEGER,                -- rounds executed
   converged INTEGER,             -- 1: the stop rule's convergence held
   seconds REAL,                  -- wall clock from round 0 to the last round

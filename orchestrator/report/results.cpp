@@ -215,8 +215,8 @@ Summary Results::summary(const SessionTimes& times, Exit exit, const std::string
   summary.seed = experiment_.seed;
   summary.agents = experiment_.agents;
   summary.runs = experiment_.runs;
-  summary.trace_hash = hash_.value();
-  summary.startup_seconds = times.startup_seconds;
+  if (ended_ > 0) summary.trace_hash = hash_.value();
+  if (times.startup_seconds > 0.0) summary.startup_seconds = times.startup_seconds;
   summary.exit = exit;
   summary.error = error;
   summary.refused = refused_;
@@ -260,7 +260,7 @@ std::string to_json(const Summary& summary) {
   json["seed"] = summary.seed.value;
   json["runs"] = summary.runs;
   json["rounds"] = summary.rounds;
-  json["trace_hash"] = fmt::format("{:016x}", summary.trace_hash);
+  if (summary.trace_hash) json["trace_hash"] = fmt::format("{:016x}", *summary.trace_hash);
   json["criteria"] = nlohmann::ordered_json::array();
   for (const CriterionResult& criterion : summary.criteria) {
     nlohmann::ordered_json met;  // null: a run that is not complete meets nothing
@@ -271,11 +271,12 @@ std::string to_json(const Summary& summary) {
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;
   if (summary.runs > 1) json["per_run"] = per_run(summary);
   json["diverged"] = diverged(summary);
-  json["performance"] = {{"startup_seconds", summary.startup_seconds},
-                         {"rounds_per_second", summary.rounds_per_second},
-                         {"messages_sent", summary.totals.sent},
-                         {"messages_delivered", summary.totals.delivered},
-                         {"messages_lost", summary.totals.lost}};
+  auto& performance = json["performance"] = nlohmann::ordered_json::object();
+  if (summary.startup_seconds) performance["startup_seconds"] = *summary.startup_seconds;
+  performance["rounds_per_second"] = summary.rounds_per_second;
+  performance["messages_sent"] = summary.totals.sent;
+  performance["messages_delivered"] = summary.totals.delivered;
+  performance["messages_lost"] = summary.totals.lost;
   json["agents"] = nlohmann::ordered_json::array();
   for (const auto& [ids, end] : alike(summary.ends)) {
     nlohmann::ordered_json entry{{"ids", listed(ids)}, {"reached", end.reached}, {"asked", end.asked}};

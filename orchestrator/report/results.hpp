@@ -53,9 +53,10 @@ struct Summary {
   std::vector<ProtocolResult> protocols;
   Metrics metrics;  ///< prefixed `<protocol>.` if there are several; `<metric>.std`, `<metric>.share` beside each mean if runs > 1
   std::vector<CriterionResult> criteria;
-  Round rounds = 0;              ///< the most rounds any run took
-  std::uint64_t trace_hash = 0;  ///< over the hashes of all runs, in order
-  double startup_seconds = 0.0, rounds_per_second = 0.0;
+  Round rounds = 0;                         ///< the most rounds any run took
+  std::optional<std::uint64_t> trace_hash;  ///< over the hashes of all runs, in order; nothing if none has reported anything
+  std::optional<double> startup_seconds;    ///< nothing if none has begun
+  double rounds_per_second = 0.0;
   AgentCounters totals;
   std::vector<Refusal> refused;        ///< samples that the processes left out
   bool complete = true;                ///< every run came to its end: see completeness()

@@ -301,8 +301,9 @@ std::string render(const Summary& summary, const TextStyle& style) {
     out += fmt::format("  {}\n", toned(summary.error, Tone::bad, style));
   if (!summary.complete) out += paragraph("INCOMPLETE: " + summary.incomplete, Tone::bad, style);
   for (const std::string& line : told(summary.ends)) out += paragraph(line, Tone::plain, style);
-  out += fmt::format("  {}\n", toned(fmt::format("start-up {}, trace {:016x}", duration(summary.startup_seconds), summary.trace_hash),
-                                     Tone::faint, style));
+  std::string facts = summary.startup_seconds ? "start-up " + duration(*summary.startup_seconds) : "";
+  if (summary.trace_hash) facts += fmt::format("{}trace {:016x}", facts.empty() ? "" : ", ", *summary.trace_hash);
+  if (!facts.empty()) out += fmt::format("  {}\n", toned(facts, Tone::faint, style));
   out += fmt::format("  {}\n", summary.output.string());
   return out;
 }

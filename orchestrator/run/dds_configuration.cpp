@@ -1,7 +1,11 @@
 #include "orchestrator/run/dds_configuration.hpp"
 
 #include "core/errors.hpp"
+#include "idl/dds_failure.hpp"
+#include "idl/dds_log.hpp"
 #include "orchestrator/script/input_file.hpp"
+
+#include <dds/dds.hpp>
 
 #include <fmt/format.h>
 
@@ -55,7 +59,40 @@ void examine(const std::string& xml, const std::vector<NetworkInterface>& there,
     if (const std::string refusal = interface_refusal(name, there); name != "auto" && !refusal.empty()) faults.refusals.push_back(refusal);
 }
 
+void open_domain(const std::string& configuration) {
+  wire::DdsLog::of_this_process().take_reasons();  // of what was before
+  const dds::domain::Domain domain(0, configuration);
+  const dds::domain::DomainParticipant participant(domain);
+}
+
+bool opens(const std::string& configuration) {
+  try {
+    open_domain(configuration);
+    return true;
+  } catch (const dds::core::Exception&) {
+    return false;
+  }
+}
+
 }  // namespace
+
+void try_domain(const std::string& interface) {
+  dds::configuration::Settings settings;
+  settings.interface = interface;
+  const std::string own = dds::configuration::xml(settings);
+  try {
+    open_domain(dds::domain::with_user_configuration(own));
+  } catch (const dds::core::Exception& failure) {
+    const bool users = !configuration_of_environment().empty();
+    try {
+      wire::raise_no_domain(failure, "DDS", "end what takes it");
+    } catch (const RunError& reason) {
+      if (users && opens(own))
+        throw ConfigError(fmt::format("CYCLONEDDS_URI: found a configuration with which no domain opens ({})", reason.what()));
+      throw;
+    }
+  }
+}
 
 std::string configuration_of_environment() {
   const char* uri = std::getenv("CYCLONEDDS_URI");

@@ -14,6 +14,9 @@ struct ConfigurationFaults {
   bool no_multicast = false;          ///< processes that find each other by multicast never will
 };
 ConfigurationFaults configuration_faults(const std::string& uri, const std::vector<NetworkInterface>& there = network_interfaces());
+/// Opens a domain as a run over `interface` does. Throws ConfigError that begins "CYCLONEDDS_URI: " if the user's configuration keeps it
+/// from that, else RunError.
+void try_domain(const std::string& interface);
 std::string configuration_of_environment();  ///< CYCLONEDDS_URI; empty if it is not set
 
 }  // namespace consort

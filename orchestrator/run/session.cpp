@@ -1,6 +1,7 @@
 #include "orchestrator/run/session.hpp"
 
 #include "core/errors.hpp"
+#include "idl/dds_failure.hpp"
 #include "idl/dds_log.hpp"
 
 #include <unistd.h>
@@ -51,13 +52,6 @@ std::string host_name() {
   std::array<char, 64> name{};
   gethostname(name.data(), name.size() - 1);
   return name.data();
-}
-
-/// What DDS itself says of a failure, beside its bare return code.
-std::string why(const dds::core::Exception& failure) {
-  std::string text = failure.what();
-  for (const std::string& reason : wire::DdsLog::of_this_process().take_reasons()) text += "; " + reason;
-  return text + "; `consort doctor` looks for the cause";
 }
 
 /// That this host is short of processor time, where it is.
@@ -154,7 +148,7 @@ void Session::open_multicast_hub(const Hub::Callbacks& callbacks) {
       return;
     } catch (const dds::core::Exception& failure) {
       if (derived && attempt + 1 < kDomainAttempts) continue;
-      throw RunError("DDS domain " + std::to_string(domain_number_) + ": " + why(failure));
+      wire::raise_no_domain(failure, "DDS domain " + std::to_string(domain_number_), "allowed: another --domain, or none");
     }
   }
 }
@@ -185,7 +179,7 @@ void Session::open_neighbour_hubs(const Hub::Callbacks& callbacks) {
       hubs_.push_back(std::make_unique<Hub>((domain_number_ + static_cast<unsigned>(hub)) % kDomainIds, configuration,
                                             wire::RunKey(options_.key), callbacks));
     } catch (const dds::core::Exception& failure) {
-      throw RunError("DDS at port " + std::to_string(port(hub)) + ": " + why(failure));
+      wire::raise_no_domain(failure, "discovery: neighbours", "start the run again: it looks for free ports anew");
     }
   }
 }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
+#include <exception>
 #include <future>
 #include <mutex>
 #include <optional>
@@ -68,10 +69,13 @@ struct Finished {
   std::vector<double> estimates, states, recorded;
   std::vector<std::uint64_t> hashes, state_hashes;
   std::vector<AgentCounters> counters;
+  std::vector<Round> rounds;   // that were reported
   double began_seconds = 0.0;  ///< of round 0, after the call
   bool ended_early = false;
+  std::exception_ptr failure;  ///< of the simulation, after those rounds
 
   void keep(const RoundReport& report) {
+    rounds.push_back(report.k);
     estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
     hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
     counters.insert(counters.end(), report.counters.begin(), report.counters.end());
@@ -82,11 +86,10 @@ struct Finished {
 
   void replay(const Experiment& experiment, RunObserver& observer) const {
     EventTeller teller(experiment, outcome.job, observer);
-    const Trace& trace = outcome.trace;
-    const std::size_t n = trace.agents, width = n * trace.dimension, state_width = n * trace.state_dimension,
-                      recorded_width = n * trace.recorded_dimension;
-    for (std::size_t i = 0; i < trace.rounds.size(); ++i) {
-      RoundReport report{trace.rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * n, n),
+    const std::size_t count = std::max<std::size_t>(rounds.size(), 1), n = hashes.size() / count, width = estimates.size() / count,
+                      state_width = states.size() / count, recorded_width = recorded.size() / count;
+    for (std::size_t i = 0; i < rounds.size(); ++i) {
+      RoundReport report{rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * n, n),
                          std::span(counters).subspan(i * n, n)};
       report.recorded = std::span(recorded).subspan(i * recorded_width, recorded_width);
       if (state_width > 0) {
@@ -95,7 +98,7 @@ struct Finished {
       }
       teller.report(report);
     }
-    if (outcome.end.ending == Ending::nobody_left) teller.rest(trace.last_round);
+    if (outcome.end.ending == Ending::nobody_left) teller.rest(outcome.trace.last_round);
   }
 };
 
@@ -120,7 +123,12 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
     return !finished.ended_early;
   };
   finished.outcome.job = job;
-  finished.outcome.trace = simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink);
+  try {
+    finished.outcome.trace = simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink);
+  } catch (...) {  // what was reported counts: whoever takes the job raises it behind that
+    finished.failure = std::current_exception();
+    return finished;
+  }
   finished.outcome.seconds = round_zero ? seconds_since(*round_zero) : 0.0;
   const Trace& trace = finished.outcome.trace;
   finished.outcome.end = {ending_of(experiment, trace, finished.ended_early, watch), agents_by_plan(experiment, trace.last_round)};
@@ -132,6 +140,7 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
+  if (finished.failure) std::rethrow_exception(finished.failure);
   if (finished.outcome.end.ending == Ending::nobody_left) teller.rest(finished.outcome.trace.last_round);
   observer.run_ends(finished.outcome);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
@@ -142,7 +151,6 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
 class Workers {
  public:
   Workers(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch) {
-    // A packaged task carries an exception of its simulation to the thread that asks for the result.
     for (const Job& job : jobs) {
       tasks_.emplace_back([&experiment, &watch, job](const std::stop_token& stop) {
         return run_job(
@@ -155,7 +163,7 @@ class Workers {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
 
-  /// The next job in order; throws what its simulation threw.
+  /// The next job in order.
   Finished next() {
     Finished finished = tasks_[taken_].get_future().get();
     {
@@ -192,8 +200,10 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
     const Finished finished = workers.next();
+    if (finished.failure && finished.rounds.empty()) std::rethrow_exception(finished.failure);
     observer.run_begins(job, layouts);
     finished.replay(experiment, observer);
+    if (finished.failure) std::rethrow_exception(finished.failure);
     observer.run_ends(finished.outcome);
     if (job.number == 0) times.startup_seconds = finished.began_seconds;
     times.running_seconds += finished.outcome.seconds;

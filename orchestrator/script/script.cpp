@@ -31,9 +31,7 @@ namespace {
 
 using namespace script;
 
-constexpr std::size_t kLongestName = 64;  // names the folder of the results, and the run on the network
-constexpr std::uint64_t kMostRounds = 1'000'000'000;
-constexpr std::uint64_t kMostRuns = 1'000'000;
+constexpr std::size_t kLongestName = 64;                           // names the folder of the results, and the run on the network
 constexpr std::size_t kLargestExperiment = std::size_t{16} << 20;  // bytes
 const std::set<std::string> kProcessEvents{"join", "leave", "kill", "restart", "stop", "continue"};
 const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave", "kill", "restart", "stop", "continue"};
@@ -184,43 +182,46 @@ class TopLevel {
         continue;
       }
       const YAML::Node value = section.find(found[0]);
-      if (kProcessEvents.contains(found[0])) {
+      if (kProcessEvents.contains(found[0]))
         read_process_event(value, section.path(found[0]), round, found[0]);
+      else if (!round)
         continue;
-      }
-      if (found[0] == "set_link")
-        link_changes_.read(mistakes_, value, section.path(found[0]), round, out_);
+      else if (found[0] == "set_link")
+        link_changes_.read(mistakes_, value, section.path(found[0]), *round, out_);
       else if (found[0] == "degrade")
-        degradations_.push_back({value, section.path(found[0]), round});
+        degradations_.push_back({value, section.path(found[0]), *round});
       else
-        out_.link_events.push_back(read_link_event(mistakes_, value, section.path(found[0]), round, found[0] == "heal", out_.agents));
+        out_.link_events.push_back(read_link_event(mistakes_, value, section.path(found[0]), *round, found[0] == "heal", out_.agents));
     }
     order_process_events(node);
     link_changes_.apply(out_.links);
     check_presence(node);
   }
 
-  Round read_event_round(const Section& section, const YAML::Node& node, const std::string& what) {
+  /// In which round an event is; nothing where that is a mistake, which is told.
+  std::optional<Round> read_event_round(const Section& section, const YAML::Node& node, const std::string& what) {
     // A run shortened on the command line may end before the file's last event.
     const std::uint64_t last = overrides_.rounds ? kMostRounds : out_.rounds - 1;
     const auto round = section.find("round"), time = section.find("time");
     if (present(round) == present(time)) {
       mistakes_.add(node, fmt::format("{}: found {}; allowed: exactly one of 'round' and 'time'", what,
                                       present(round) ? "both 'round' and 'time'" : "neither 'round' nor 'time'"));
-      return 0;
+      return std::nullopt;
     }
-    if (present(round)) return static_cast<Round>(read_whole(mistakes_, round, what + ".round", 0, last).value_or(0));
+    if (present(round)) {
+      const auto value = read_whole(mistakes_, round, what + ".round", 0, last);
+      return value ? std::optional(static_cast<Round>(*value)) : std::nullopt;
+    }
     const auto seconds = read_duration(mistakes_, time, what + ".time", true);
-    if (!seconds) return 0;
-    const Round at = rounds_of(time, what + ".time", first_round_from(*seconds / out_.dt), 0).value_or(0);
-    if (at > last)
-      mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {}", what + ".time", describe(time), at,
-                                      counted(out_.rounds, "round")));
-    return at;
+    const auto at = seconds ? rounds_of(time, what + ".time", first_round_from(*seconds / out_.dt), 0) : std::nullopt;
+    if (!at || *at <= last) return at;
+    mistakes_.add(time, fmt::format("{}: found {}, which is round {}; allowed: within the run's {}", what + ".time", describe(time), *at,
+                                    counted(out_.rounds, "round")));
+    return std::nullopt;
   }
 
   /// `join: 5` or `leave: [2, 3]`.
-  void read_process_event(const YAML::Node& node, const std::string& what, Round round, const std::string& kind) {
+  void read_process_event(const YAML::Node& node, const std::string& what, std::optional<Round> round, const std::string& kind) {
     const YAML::Node list = node.IsSequence() ? node : YAML::Node(std::vector<YAML::Node>{node});
     for (const auto& entry : list) {
       const auto id = whole_number(entry);
@@ -229,11 +230,12 @@ class TopLevel {
                       fmt::format("{}: found {}; allowed: an agent from 1 to {}, or a list of agents", what, describe(entry), out_.agents));
         continue;
       }
-      if (round == 0) {
+      const AgentId agent{static_cast<std::uint32_t>(*id)};
+      if (round == Round{0})
         mistakes_.add(node, fmt::format("{}: found agent {} in round 0; allowed: after round 0", what, *id));
-        continue;
-      }
-      process_events_[AgentId{static_cast<std::uint32_t>(*id)}].push_back({round, kind, node});
+      else if (round)
+        process_events_[agent].push_back({*round, kind, node});
+      if (!round || *round == 0) unordered_.insert(agent);
     }
   }
 
@@ -258,6 +260,7 @@ class TopLevel {
                                                            {Condition::killed, "restart"},
                                                            {Condition::stopped, "continue"}};
     for (auto& [agent, events] : process_events_) {
+      if (unordered_.contains(agent)) continue;  // an event of its own has a mistake: whether the others follow from it nobody knows
       std::stable_sort(events.begin(), events.end(), [](const auto& a, const auto& b) { return a.round < b.round; });
       Condition now = events.front().kind == "join" ? Condition::before : Condition::there;
       std::vector<Attendance> stays;
@@ -443,6 +446,7 @@ class TopLevel {
     YAML::Node node;
   };
   std::map<AgentId, std::vector<EventOfProcess>> process_events_;
+  std::set<AgentId> unordered_;  // agents with an event that is in no round
 };
 
 /// A newer file would be misread, and every other mistake in it beside the point.

@@ -15,6 +15,8 @@ namespace consort {
 inline constexpr std::uint64_t kFileFormat = 1;
 
 /// What the command line sets on top of the file.
+inline constexpr std::uint64_t kMostRounds = 1'000'000'000, kMostRuns = 1'000'000;
+
 struct ScriptOverrides {
   std::optional<Mode> mode = {};
   std::optional<std::uint64_t> seed = {};

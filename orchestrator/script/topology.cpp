@@ -2,6 +2,7 @@
 
 #include "core/counted.hpp"
 #include "orchestrator/script/memory.hpp"
+#include "orchestrator/script/script.hpp"
 #include "orchestrator/script/wording.hpp"
 
 #include <fmt/format.h>
@@ -40,8 +41,6 @@ std::span<const TopologyEntry> topology_table() {
 namespace consort::script {
 
 namespace {
-
-constexpr std::uint64_t kMostRounds = 1'000'000'000;
 
 // One reading of a topology: where messages go, and what the graphs are made of.
 struct Context {

@@ -174,7 +174,8 @@ std::optional<std::uint64_t> read_whole(Mistakes& mistakes, const YAML::Node& no
                                         std::uint64_t high) {
   const auto value = whole_number(node);
   if (value && *value >= low && *value <= high) return value;
-  mistakes.add(node, fmt::format("{}: found {}; allowed: a whole number from {} to {}", what, describe(node), low, high));
+  mistakes.add(node, fmt::format("{}: found {}; allowed: a whole number from {} to {}{}", what, describe(node), low, high,
+                                 plain(node) ? written_out(node.Scalar()) : ""));
   return std::nullopt;
 }
 

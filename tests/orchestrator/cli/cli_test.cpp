@@ -236,6 +236,8 @@ TEST_F(Cli, BadInputExitsTwoAndLeavesNothing) {
       {{"run", "ring.yaml", "--mode", "lockstep", "--interface", "nix0"}, "'nix0', which this host does not have; allowed: "},
       {{"run", "ring.yaml", "--mode", "lockstep", "--name", std::string(101, 'a')}, "--name: found 101 bytes; allowed: up to 100"},
       {{"list", "protocls"}, "did you mean 'protocols'?"},
+      {{"list", "klman"}, "did you mean 'kalman_consensus'? It is in `consort list protocols`"},
+      {{"list", "plants", "--quiet"}, "--quiet: found with list, which does nothing but print"},
       {{"export", "."}, "record.sqlite"},
       {{"run", "/dev/zero"}, "/dev/zero: is a device"},
       {{"validate", "bad.yaml"}, "local_voting"}};
@@ -259,6 +261,8 @@ TEST_F(Cli, NumbersOfOptionsAreWhatTheySayOrRefused) {
       expect_contains(answer.err, option + ": found '" + number + "'; allowed: a whole number from ");
     }
   }
+  expect_contains(consort({"run", "ring.yaml", "--runs", "1e3"}).err, "a whole number from 1 to 1000000, digits only; did you mean 1000?");
+  expect_contains(consort({"run", "ring.yaml", "--rounds", "2000000000"}).err, "a whole number from 1 to 1000000000");
   EXPECT_EQ(consort({"run", "ring.yaml", "--seed", "-1"}).code, 2);
   const Answer ten = consort({"run", "ring.yaml", "--seed", "010", "--rounds", "5", "--json"});
   EXPECT_EQ(nlohmann::json::parse(ten.out)["seed"], 10);
@@ -279,6 +283,34 @@ TEST_F(Cli, EveryVerbAnswersInJson) {
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / files[0]["file"].get<std::string>()));
 }
 
+TEST_F(Cli, QuietVerbsPrintNothingButWhatJsonAsksFor) {
+  write_ring();
+  EXPECT_EQ(consort({"run", "ring.yaml", "--output", "out", "--quiet"}).out, "");
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"validate", "ring.yaml", "--quiet"},
+                                                    {"export", "out", "--quiet"},
+                                                    {"doctor", "--interface", "nix0", "--quiet"}}) {
+    SCOPED_TRACE(arguments.front());
+    const Answer answer = consort(arguments);
+    EXPECT_EQ(answer.code, arguments.front() == "doctor" ? 3 : 0);
+    EXPECT_EQ(answer.out + answer.err, "");
+    std::vector<std::string> json = arguments;
+    json.emplace_back("--json");
+    EXPECT_TRUE(nlohmann::json::parse(consort(json).out).is_object());
+  }
+  EXPECT_TRUE(nlohmann::json::parse(consort({"list", "metrics", "--quiet", "--json"}).out).is_array());
+  EXPECT_NE(consort({"validate", "absent.yaml", "--quiet"}).err, "") << "a mistake is told";
+}
+
+TEST_F(Cli, ADdsConfigurationThatDdsRefusesIsBadInputAndSaidOnce) {
+  write_ring();
+  const Answer answer =
+      consort({"run", "ring.yaml", "--mode", "lockstep"}, [] { ::setenv("CYCLONEDDS_URI", "<General><Foo>1</Foo></General>", 1); });
+  EXPECT_EQ(answer.code, 2);
+  EXPECT_EQ(answer.err.find("consort: CYCLONEDDS_URI: found the element 'Foo' in CycloneDDS/Domain/General"), 0u) << answer.err;
+  EXPECT_EQ(std::count(answer.err.begin(), answer.err.end(), '\n'), 1) << answer.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "results"));
+}
+
 TEST_F(Cli, ARefusalIsJsonWhereJsonIsAskedFor) {
   write_ring("rouns: 3\n");
   for (const std::vector<std::string>& arguments : {std::vector<std::string>{"run", "ring.yaml", "--json"},
@@ -286,6 +318,7 @@ TEST_F(Cli, ARefusalIsJsonWhereJsonIsAskedFor) {
                                                     {"run", "--json", "ring.yaml", "--sed", "1"},
                                                     {"list", "protocls", "--json"},
                                                     {"export", "nowhere", "--json"},
+                                                    {"rn", "--json"},
                                                     {"run", "--json"}}) {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const Answer answer = consort(arguments);

@@ -130,6 +130,33 @@ TEST(Doctor, TheUsersDdsConfigurationIsRead) {
   EXPECT_EQ(found("/dev/zero").find("found '/dev/zero', which is a device"), 0u);
 }
 
+/// The variable for as long as it lives.
+struct UserConfiguration {
+  explicit UserConfiguration(const char* uri) { ::setenv("CYCLONEDDS_URI", uri, 1); }
+  ~UserConfiguration() { ::unsetenv("CYCLONEDDS_URI"); }
+  UserConfiguration(const UserConfiguration&) = delete;
+  UserConfiguration& operator=(const UserConfiguration&) = delete;
+};
+
+TEST(Doctor, WhatDdsRefusesInTheUsersConfigurationIsOneFaultOfTheVariable) {
+  for (const auto& [uri, words] : std::vector<std::pair<const char*, std::string>>{
+           {"<CycloneDDS><Domain", "found broken XML in line 1"},
+           {"<General><Foo>1</Foo></General>", "found the element 'Foo' in CycloneDDS/Domain/General, which Cyclone DDS"},
+           {"<General><AllowMulticast>maybe</AllowMulticast></General>", "found 'maybe' in CycloneDDS/Domain/General/AllowMulticast"}}) {
+    SCOPED_TRACE(uri);
+    const UserConfiguration set(uri);
+    const DoctorCheck check = check_dds("lo");
+    EXPECT_EQ(check.name, "CYCLONEDDS_URI");
+    EXPECT_FALSE(check.well);
+    EXPECT_EQ(check.found.find(words), 0u) << check.found;
+    EXPECT_EQ(check.found.find("allowed"), std::string::npos) << "the remedy stands below";
+    EXPECT_EQ(check.remedy, "unset CYCLONEDDS_URI");
+    const auto checks = examine_host();
+    EXPECT_EQ(std::count_if(checks.begin(), checks.end(), [](const auto& each) { return each.name == "CYCLONEDDS_URI"; }), 1);
+    EXPECT_TRUE(std::none_of(checks.begin(), checks.end(), [](const auto& each) { return each.name == "DDS"; }));
+  }
+}
+
 TEST(Doctor, MulticastOverLoopbackReallyTravels) {
   const DoctorCheck check = check_multicast();
   EXPECT_TRUE(check.well) << check.found << "; " << check.remedy;

@@ -241,6 +241,8 @@ TEST(Record, SaysWhatItIsOf) {
   EXPECT_EQ(text(database, "SELECT name || '|' || description || '|' || text || mode || seed || '|' || format FROM experiment"),
             "small|A question?|experiment: small\nrealtime5|2");
   EXPECT_EQ(text(database, "SELECT sweep_key || trace_hash || exit || (ended >= began) FROM experiment"), "links.loss0000000000000abc01");
+  EXPECT_EQ(number(database, "SELECT complete FROM experiment"), 1);
+  EXPECT_EQ(number(database, "SELECT min(complete) FROM runs"), 1);
   EXPECT_EQ(real(database, "SELECT time FROM estimates WHERE run = 0 AND round = 3 AND agent = 1"), 3 * 0.1);
   EXPECT_EQ(number(database, "SELECT sweep_value IS NULL FROM runs WHERE run = 0"), 1);
   EXPECT_EQ(real(database, "SELECT sweep_value FROM runs WHERE run = 1"), 0.25);
@@ -249,6 +251,26 @@ TEST(Record, SaysWhatItIsOf) {
   EXPECT_EQ(number(database, "SELECT count(*) FROM metrics WHERE value IS NULL"), 2) << "what is not a number is NULL";
   EXPECT_EQ(real(database, "SELECT value FROM results WHERE name = 'kalman_consensus.loss_0.bias'"), 0.5);
   EXPECT_EQ(text(database, "SELECT number || text || met || value FROM criteria"), "0bias < 110.5");
+}
+
+TEST(Record, SaysWhatDidNotComeToItsEndOrNeverBegan) {
+  const ScratchFolder folder;
+  const Experiment experiment = experiment_of(2, {"local_voting", "kalman_consensus"});
+  {
+    Record record(folder.path() / "record.sqlite", experiment);
+    record.begin_run({0, 0, Seed{5}}, {{}, kScalar});
+    record.end_run({{0, 0, Seed{5}}, {}, 0.0, {Ending::signal}}, {{"bias", 0.5}});
+    record.begin_run({1, 1, Seed{5}}, {{}, kScalar});
+    Summary summary;
+    summary.complete = false;
+    record.conclude(summary);
+  }
+  Database database(folder.path() / "record.sqlite", Database::Open::read);
+  EXPECT_EQ(number(database, "SELECT complete FROM experiment"), 0);
+  EXPECT_EQ(number(database, "SELECT count(*) FROM experiment WHERE trace_hash IS NULL AND startup_seconds IS NULL"), 1);
+  EXPECT_EQ(number(database, "SELECT count(*) FROM runs WHERE run = 0 AND complete = 0 AND ended IS NULL AND rounds IS NOT NULL"), 1);
+  EXPECT_EQ(real(database, "SELECT value FROM metrics WHERE run = 0"), 0.5) << "as far as it came";
+  EXPECT_EQ(number(database, "SELECT count(*) FROM runs WHERE run = 1 AND complete IS NULL AND ended IS NULL"), 1);
 }
 
 TEST(Record, SaysWhatItsColumnsAre) {

@@ -99,6 +99,19 @@ TEST(Results, FailureIsSummarisedWithWhatIsKnown) {
   EXPECT_TRUE(json["metrics"].is_object());
 }
 
+TEST(Results, OfARunThatNeverBeganThereIsNeitherTraceNorStartUp) {
+  const Experiment experiment = scalar_experiment({"local_voting"}, 1);
+  const Summary never = Results(experiment, "out").summary({}, Exit::run_failed, "agent 7 died");
+  const auto json = nlohmann::json::parse(to_json(never));
+  EXPECT_FALSE(json.contains("trace_hash"));
+  EXPECT_FALSE(json["performance"].contains("startup_seconds"));
+  EXPECT_EQ(render(never, {}).find("trace "), std::string::npos) << render(never, {});
+  EXPECT_EQ(render(never, {}).find("start-up"), std::string::npos);
+  Results results(experiment, "out");
+  results.add(agreed_on({0, 0, Seed{11}}, 5.0, 1, 40));
+  EXPECT_NE(render(results.summary({0.25, 0.5}, Exit::ok, ""), {}).find("start-up 0.25 s, trace "), std::string::npos);
+}
+
 TEST(Results, SeveralProtocolsPrefixTheirMetrics) {
   const Experiment experiment = scalar_experiment({"first_one", "second_one"}, 1);
   Results results(experiment, "out");

@@ -101,6 +101,20 @@ TEST(RunSimulated, ManyJobsArriveInOrderAndEqualTheSameJobsAlone) {
   EXPECT_EQ(report, together.estimates.size());
 }
 
+TEST(RunSimulated, WhatAFailedJobHadReachedIsHandedOver) {
+  Experiment experiment = ring_experiment(3);
+  experiment.dt = 5.0;  // local voting runs away
+  experiment.rounds = 5000;
+  for (const std::size_t runs : {1u, 3u}) {
+    experiment.runs = runs;
+    Witness witness;
+    EXPECT_THROW(run_simulated(experiment, {}, witness), RunError);
+    EXPECT_EQ(witness.calls, (std::vector<std::string>{"begin", "report"}));
+    EXPECT_GT(witness.estimates.size(), 10u);
+    EXPECT_TRUE(std::isfinite(witness.estimates.back().front()));
+  }
+}
+
 TEST(RunSimulated, SignalEndsTheRunAfterTheNextReport) {
   std::atomic<int> signal{0};
   RunOptions options;

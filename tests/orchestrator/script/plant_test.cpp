@@ -148,6 +148,10 @@ TEST(ScriptPlant, RefusesTimesAndPresencesThatMakeNoSense) {
   expect_mistake("events[0]: found join, leave; allowed: exactly one of", "duration: 5 s\nevents: [{time: 2 s, join: 5, leave: 2}]\n");
   expect_mistake("events[0].join: found 6; allowed: an agent from 1 to 5", "events: [{round: 2, join: 6}]\n");
   expect_mistake("found agent 5 in round 0", "events: [{round: 0, join: 5}]\n");
+  for (const std::string event : {"{round: 9999, leave: 5}", "{time: 9999 s, kill: 5}", "{round: x, stop: 5}", "{leave: 5}"}) {
+    const std::string mistakes = mistakes_in("events: [" + event + ", {round: 20, continue: 5}]\n");
+    EXPECT_EQ(std::count(mistakes.begin(), mistakes.end(), '\n'), 0) << "one mistake is told once: " << mistakes;
+  }
   expect_mistake("events: found 'join' of agent 5 in round 4; allowed: leave, kill or stop",
                  "events: [{round: 2, join: 5}, {round: 4, join: 5}]\n");
   expect_mistake("events: found 'join' of agent 5 in round 4; allowed: restart", "events: [{round: 4, join: 5}, {round: 2, kill: 5}]\n");
