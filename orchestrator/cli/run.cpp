@@ -2,17 +2,17 @@
 #include "core/id_list.hpp"
 #include "core/option_text.hpp"
 #include "io/standard_streams.hpp"
+#include "orchestrator/cli/by_hand.hpp"
 #include "orchestrator/cli/help.hpp"
+#include "orchestrator/cli/scribe.hpp"
+#include "orchestrator/cli/signals.hpp"
 #include "orchestrator/cli/verbs.hpp"
 #include "orchestrator/report/findings.hpp"
 #include "orchestrator/report/left_out.hpp"
-#include "orchestrator/report/progress.hpp"
-#include "orchestrator/report/record.hpp"
 #include "orchestrator/report/results.hpp"
 #include "orchestrator/report/table.hpp"
 #include "orchestrator/run/dds_configuration.hpp"
 #include "orchestrator/run/host.hpp"
-#include "orchestrator/run/placement.hpp"
 #include "orchestrator/script/script.hpp"
 #include "protocols/registry.hpp"
 #include "rounds/last_round.hpp"
@@ -22,7 +22,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <limits>
@@ -32,23 +31,7 @@
 namespace consort {
 namespace {
 
-constexpr double kWaitByHand = 60.0;          // s, as the line to enter says it: what consort-agent takes without being told
 constexpr std::size_t kLongestRunName = 100;  // it is the tag by which processes find each other
-
-std::atomic<int> g_signal{0};
-static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
-
-/// The number is all a handler may leave; the drivers look at it. Closing the terminal ends a run like SIGTERM.
-extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGTERM : number); }
-
-void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = keep_signal;  // without SA_RESTART: whoever waits in a system call wakes up
-  for (const int number : {SIGINT, SIGTERM}) ::sigaction(number, &action, nullptr);
-  // Whoever starts a run with nohup wants it to outlive the terminal.
-  struct sigaction inherited {};
-  if (::sigaction(SIGHUP, nullptr, &inherited) == 0 && inherited.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
-}
 
 std::string random_name(const std::string& experiment) {
   std::uint32_t word = 0;
@@ -62,108 +45,6 @@ std::filesystem::path beside_this_program(const char* name) {
   if (failure) throw RunError(fmt::format("cannot find where consort itself lies: {}", failure.message()));
   return self.parent_path() / name;
 }
-
-/// Hands what the run reports to the record, to the results and to the person who waits.
-class Scribe : public RunObserver {
- public:
-  Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet)
-      : experiment_(experiment), record_(std::in_place, output / "record.sqlite", experiment), results_(experiment, output) {
-    if (!quiet) progress_.emplace(experiment, style_of(STDERR_FILENO), streams::tell);
-  }
-
-  void launching(std::size_t found, std::size_t ready, std::size_t total) override {
-    if (progress_) progress_->launching(found, ready, total);
-  }
-  void run_begins(const Job& job, const RunLayouts& layouts) override {
-    if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    record_->begin_run(job, layouts);
-    unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
-    job_began_ = std::chrono::steady_clock::now();
-    for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
-    if (progress_) progress_->run_begins(job, layouts);
-  }
-  void report(const Job& job, const RoundReport& report) override {
-    round_ = report.k;
-    record_->add(job, report);
-    unfinished_->trace.add(report);
-    if (progress_) progress_->report(job, report);
-  }
-  void event(const Job& job, Round round, const std::string& kind, const std::string& text) override {
-    record_->event(job, round, kind, text);
-    if (progress_) progress_->note(fmt::format("{} in round {}: {}", kind, round, text));
-  }
-  void run_ends(const JobOutcome& outcome) override {
-    const Metrics metrics = results_.add(outcome);  // first: the record may not take it
-    unfinished_.reset();
-    keep_in_record(outcome, metrics);
-  }
-
-  void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
-
-  void remark(const std::string& text) override {
-    note(text);
-    remarks_.push_back(text);
-  }
-  void note(const std::string& text) {
-    if (progress_) progress_->note(text);
-  }
-  [[nodiscard]] Round round() const { return round_; }
-  void keep(const SessionTimes& times) { times_ = times; }
-  /// Everything so far is on the disk, and the live line is gone. Throws RunError if writing the record failed.
-  void close() {
-    if (progress_) progress_->finish();
-    record_->flush();
-  }
-  /// The record ends with what came of it. Throws RunError if writing it failed.
-  void conclude(const Summary& summary) {
-    if (!record_) return;
-    record_->conclude(summary);
-    record_->flush();
-    record_.reset();
-  }
-  /// As close(), after a failure: what the job that failed had reached counts. What cannot be written any more must not hide why it failed:
-  /// it is said in the text that is returned, which is empty if everything is on the disk.
-  std::string abandon() {
-    std::string lost;
-    if (progress_) progress_->finish();
-    try {
-      if (unfinished_ && !unfinished_->trace.rounds.empty()) {
-        unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
-        unfinished_->end = {Ending::failure, agents_by_plan(experiment_, unfinished_->trace.last_round)};
-        const Metrics metrics = results_.add(*unfinished_);
-        keep_in_record(*unfinished_, metrics);
-      }
-      if (record_) record_->flush();
-    } catch (const std::exception&) {
-      lost = fmt::format("the record holds {}; what came after it, up to round {}, is not saved", record_->saved(), round_);
-    }
-    return lost;
-  }
-  [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
-
- private:
-  void keep_in_record(const JobOutcome& outcome, const Metrics& metrics) {
-    const Trace& trace = outcome.trace;
-    const Completeness ended = completeness(outcome.end, trace.last_round, experiment_.rounds);
-    if (!ended.complete) record_->event(outcome.job, trace.last_round, "incomplete", ended.words);
-    for (const AgentEnd& agent : outcome.end.agents)
-      if (agent.slept > 0)
-        record_->event(outcome.job, trace.last_round, "slept",
-                       fmt::format("agent {}: {}", agent.agent.value, counted(agent.slept, "round")));
-    record_->end_run(outcome, metrics);
-  }
-
-  const Experiment& experiment_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  std::optional<Record> record_;
-  Results results_;
-  std::optional<Progress> progress_;
-  std::vector<std::string> remarks_;  // from before the first job
-  SessionTimes times_;
-  Round round_ = 0;
-  std::optional<JobOutcome> unfinished_;  // what the job that is going on has reported
-  std::chrono::steady_clock::time_point job_began_;
-};
 
 class RunVerb : public Verb {
  public:
@@ -315,7 +196,7 @@ RunOptions RunVerb::options() const {
     else
       options.external.push_back(AgentId{id});
   }
-  options.interrupt = &g_signal;
+  options.interrupt = &caught_signal();
   return options;
 }
 
@@ -323,42 +204,6 @@ bool estimates(const Experiment& experiment) {
   return std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
 }
-
-/// As one word of a shell's line.
-std::string shell_word(const std::string& text) {
-  constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:/@%+=,";
-  if (text.find_first_not_of(kPlain) == std::string::npos) return text;
-  std::string word = "'";
-  for (const char c : text) word += c == '\'' ? "'\\''" : std::string(1, c);
-  return word + "'";
-}
-
-/// What to enter for each process that is not started here, as it stands.
-std::vector<std::string> commands_by_hand(const Experiment& experiment, const RunOptions& options) {
-  constexpr std::size_t kMost = 20;
-  std::vector<std::string> lines;
-  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", shell_word(options.run_name), options.domain,
-                                         options.interface == "lo" ? "" : " --interface " + options.interface, kWaitByHand);
-  const std::string key = fmt::format("{}={}", kRunKeyVariable, shell_word(options.key));
-  if (options.external_plant) lines.push_back(fmt::format("waiting for the plant: {} consort-plant {}", key, common));
-  if (options.external.empty()) return lines;
-  std::size_t processes = 0;
-  std::string others;
-  for (const ProcessPlan& process : place(experiment).processes) {
-    if (!options.by_hand(process.agents)) continue;
-    std::vector<std::uint32_t> ids;
-    for (const AgentId agent : process.agents) ids.push_back(agent.value);
-    const std::string text = to_text(ids);
-    if (++processes <= kMost)
-      lines.push_back(fmt::format("waiting for {} {}: {} consort-agent --ids {} {}", noun(ids.size(), "agent"), text, key, text, common));
-    else
-      others += (others.empty() ? "" : ", ") + ("--ids " + text);
-  }
-  if (!others.empty()) lines.push_back(fmt::format("waiting for {} more, likewise: {}", processes - kMost, others));
-  return lines;
-}
-
-Exit interrupted_exit(int signal) { return signal == SIGINT ? Exit::interrupted : Exit::terminated; }
 
 Exit RunVerb::execute() {
   if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
@@ -392,7 +237,7 @@ Exit RunVerb::execute() {
   scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
                                                    : run_processes(experiment_, run_options, *scribe_));
   scribe_->close();
-  const int signal = g_signal.load();
+  const int signal = caught_signal().load();
   const Summary summary = signal == 0 ? scribe_->summary(Exit::ok, "")
                                       : scribe_->summary(interrupted_exit(signal), fmt::format("interrupted by {} after round {} of {}",
                                                                                                signal == SIGINT ? "SIGINT" : "SIGTERM",
@@ -407,7 +252,7 @@ Exit RunVerb::execute() {
 Exit RunVerb::abandon(Exit exit, const std::string& error) {
   if (!scribe_) return Verb::abandon(exit, error);
   // A signal may reach the run as a failure of its own, for example of a wait it interrupted.
-  if (const int signal = g_signal.load(); signal != 0) exit = interrupted_exit(signal);
+  if (const int signal = caught_signal().load(); signal != 0) exit = interrupted_exit(signal);
   const std::string lost = scribe_->abandon();
   const Summary summary = scribe_->summary(exit, error);
   try {

@@ -2,9 +2,9 @@
 /// The links part of the experiment file: what links do, exceptions by edge, `set_link` events, cuts and heals.
 
 #include "core/experiment.hpp"
+#include "orchestrator/script/link_reader.hpp"
 #include "orchestrator/script/yaml.hpp"
 
-#include <functional>
 #include <vector>
 
 namespace consort::script {
@@ -22,13 +22,10 @@ class LinkChanges {
   struct Entry {
     Round round = 0;
     std::vector<Edge> edges;  // empty: all links
-    std::vector<std::function<void(LinkSpec&)>> patch;
+    LinkPatch patch;
   };
   std::vector<Entry> entries_;
 };
-
-/// `sweep: {links.KEY: values}`: every protocol once per value. The values are a list, or named. `links` is the section they vary.
-void read_sweep(Mistakes&, const YAML::Node&, const YAML::Node& links, const LinkChanges& changes, Experiment& experiment);
 
 /// What follows `cut:` or `heal:`: edges, `{groups: [[1, 2], [3, 4]]}` (all edges between groups) or, to heal, `all`.
 LinkEvent read_link_event(Mistakes&, const YAML::Node&, const std::string& what, Round round, bool heal, std::size_t agents);

@@ -1,10 +1,10 @@
 #include "orchestrator/script/resolved.hpp"
 
 #include "models/registry.hpp"
+#include "orchestrator/script/edges.hpp"
 #include "orchestrator/script/links.hpp"
 #include "orchestrator/script/numbers.hpp"
 #include "orchestrator/script/script.hpp"
-#include "orchestrator/script/topology.hpp"
 #include "protocols/registry.hpp"
 
 #include <array>

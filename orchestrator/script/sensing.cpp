@@ -1,6 +1,6 @@
 #include "orchestrator/script/sensing.hpp"
 
-#include "orchestrator/script/topology.hpp"
+#include "orchestrator/script/edges.hpp"
 #include "orchestrator/script/wording.hpp"
 
 #include <fmt/format.h>

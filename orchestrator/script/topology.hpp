@@ -1,5 +1,5 @@
 #pragma once
-/// The topology part of the experiment file: edges, graph families, schedules, link events.
+/// The topology part of the experiment file: graph families and schedules.
 
 #include "core/network/schedule.hpp"
 #include "orchestrator/script/yaml.hpp"
@@ -29,12 +29,5 @@ struct TopologyRead {
 
 /// Reads a whole topology. `seed` is what random families take if they name none of their own.
 std::optional<TopologyRead> read_topology(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents, Seed seed);
-
-/// "1 -> 2", "2 <-> 3" or a chain. A text that is no edge, an agent outside 1..agents and a self-loop are mistakes.
-std::vector<Edge> read_edge(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents);
-/// A list of those; an edge that occurs twice is a mistake.
-std::vector<Edge> read_edges(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents);
-
-std::string edge_text(Edge edge);
 
 }  // namespace consort::script

@@ -1,0 +1,15 @@
+#pragma once
+/// The processes of a run that somebody starts by hand.
+
+#include "core/experiment.hpp"
+#include "orchestrator/run/run.hpp"
+
+#include <string>
+#include <vector>
+
+namespace consort {
+
+/// What to enter for each process that is not started here, as it stands.
+std::vector<std::string> commands_by_hand(const Experiment& experiment, const RunOptions& options);
+
+}  // namespace consort

@@ -1,0 +1,14 @@
+#pragma once
+/// Which metrics an experiment shows, and the criteria it is judged by.
+
+#include "core/experiment.hpp"
+#include "orchestrator/script/yaml.hpp"
+
+namespace consort::script {
+
+/// `metrics: [...]` and `criteria: [...]` at the `top` of the file.
+void read_measures(Mistakes&, const Section& top, Experiment& experiment);
+/// Once the rest of the experiment is known to hold: the metrics that criteria name exist, and are computed.
+void check_criteria(Mistakes&, const Section& top, Experiment& experiment);
+
+}  // namespace consort::script
