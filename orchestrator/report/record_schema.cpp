@@ -44,7 +44,7 @@ CREATE TABLE runs (              -- one row per protocol (and value of the sweep
   agents INTEGER NOT NULL,
   began TEXT NOT NULL,           -- UTC
   ended TEXT,                    -- UTC; NULL: it did not come to its end (a signal, a failure, a deadline)
-  complete INTEGER,              -- 1: it came to its end; 0: it did not, and what follows is how far it came; NULL: nobody came to write that
+  complete INTEGER,              -- 1: it came to its end; 0: it did not, what follows is how far it came; NULL: nobody wrote that
   rounds INTEGER,                -- rounds executed
   converged INTEGER,             -- 1: the stop rule's convergence held
   seconds REAL,                  -- wall clock from round 0 to the last round

@@ -21,7 +21,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double elapsed_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Layouts do not depend on the agent, so agent 1 stands for all.
 RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
@@ -44,7 +44,7 @@ class Watch {
       : interrupt_(options.interrupt), start_(Clock::now()), deadline_seconds_(experiment.deadline) {}
   [[nodiscard]] Clock::time_point start() const { return start_; }
   [[nodiscard]] bool interrupted() const { return interrupt_ != nullptr && interrupt_->load(std::memory_order_relaxed) != 0; }
-  [[nodiscard]] bool expired() const { return seconds_since(start_) > deadline_seconds_; }
+  [[nodiscard]] bool expired() const { return elapsed_since(start_) > deadline_seconds_; }
   [[nodiscard]] bool ended() const { return interrupted() || expired(); }
 
   /// Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
@@ -116,7 +116,7 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
   const auto sink = [&](const RoundReport& report) {
     if (!round_zero) {
       round_zero = Clock::now();
-      finished.began_seconds = seconds_since(watch.start());
+      finished.began_seconds = elapsed_since(watch.start());
     }
     each(finished, report);
     finished.ended_early = ended();
@@ -129,7 +129,7 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
     finished.failure = std::current_exception();
     return finished;
   }
-  finished.outcome.seconds = round_zero ? seconds_since(*round_zero) : 0.0;
+  finished.outcome.seconds = round_zero ? elapsed_since(*round_zero) : 0.0;
   const Trace& trace = finished.outcome.trace;
   finished.outcome.end = {ending_of(experiment, trace, finished.ended_early, watch), agents_by_plan(experiment, trace.last_round)};
   return finished;
