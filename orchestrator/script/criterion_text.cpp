@@ -12,7 +12,7 @@ namespace {
 
 using Comparison = Criterion::Comparison;
 
-constexpr std::string_view kAllowed = "a comparison over metric names, such as 'abs(bias) < 1e-6'; and, or, not join several";
+constexpr std::string_view kCriterion = "a comparison over metric names, such as 'abs(bias) < 1e-6'; and, or, not join several";
 
 struct Symbol {
   std::string_view text;
@@ -39,7 +39,7 @@ std::size_t CriterionText::column(std::size_t at) const {
 }
 
 void CriterionText::refuse(std::size_t at, const std::string& why) const {
-  throw ConfigError(printable(fmt::format("criterion: found '{}' (column {}: {}); allowed: {}", text_, column(at), why, kAllowed)));
+  throw ConfigError(printable(fmt::format("criterion: found '{}' (column {}: {}); allowed: {}", text_, column(at), why, kCriterion)));
 }
 
 void CriterionText::unexpected(std::string_view wanted) const {
