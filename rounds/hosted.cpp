@@ -40,6 +40,7 @@ Member member_of(const Assignment& run, const MemberTask& task) {
                  .announces = entry.announces,
                  .agents = run.agents,
                  .told = task.told,
+                 .numbers = {},
                  .recorded = run.recorded});
 }
 

@@ -4,14 +4,18 @@
 
 namespace consort {
 
+std::size_t Member::numbers_of(const Protocol& protocol) { return protocol.message_layout().size() + protocol.estimate_layout().size(); }
+
 Member::Member(Parts parts)
     : protocol_(std::move(parts.protocol)),
-      mailbox_(parts.agent, std::move(parts.senders), protocol_->message_layout(), parts.links, parts.seed, parts.window, parts.first),
-      message_(protocol_->message_layout().size()),
-      estimate_(protocol_->estimate_layout().size()),
       attendance_(std::move(parts.attendance)),
+      message_size_(static_cast<std::uint32_t>(protocol_->message_layout().size())),
+      estimate_size_(static_cast<std::uint32_t>(protocol_->estimate_layout().size())),
+      mailbox_(parts.agent, std::move(parts.senders), protocol_->message_layout(), parts.links, parts.seed, parts.window, parts.first),
       to_learn_(std::move(parts.told)),
-      recorded_layout_(recorded_part(protocol_->recorded_layout(), parts.recorded)) {
+      recorded_layout_(recorded_part(protocol_->recorded_layout(), parts.recorded)),
+      own_numbers_(parts.numbers.empty() ? numbers_of(*protocol_) : 0) {
+  numbers_ = parts.numbers.empty() ? own_numbers_.data() : parts.numbers.data();
   sense_.k = parts.first;
   sense_.dt = parts.dt;
   sense_.self = parts.agent;
@@ -38,10 +42,10 @@ std::span<const double> Member::begin(const Graph& graph, std::span<const double
   graph_ = &graph;
   sense_.y = y;
   find_neighbours(gone);
-  protocol_->emit(sense_, message_);
+  protocol_->emit(sense_, {numbers_, message_size_});
   sent_ += sense_.out_degree;
   begun_ = true;
-  return message_;
+  return message();
 }
 
 void Member::depart(std::span<const AgentId> gone) {
@@ -90,13 +94,13 @@ void Member::miss() {
 }
 
 void Member::extend_history() {
-  protocol_->estimate(estimate_);
-  history_.extend(estimate_);
+  protocol_->estimate(estimate());
+  history_.extend(estimate());
 }
 
 Member::Report Member::report() const {
   const LinkCounters links = mailbox_.counters();
-  return {sense_.k, estimate_, history_.value(), {sent_, links.delivered, links.lost}};
+  return {sense_.k, estimate(), history_.value(), {sent_, links.delivered, links.lost}};
 }
 
 std::vector<std::pair<Edge, LinkCounters>> Member::links() const {

@@ -16,7 +16,7 @@ namespace consort {
 /// By agent: what it announces of itself, as far as that has come. Whoever has learnt it goes on reading it here.
 using Announced = std::vector<std::optional<Values>>;
 
-class Member {
+class alignas(64) Member {
  public:
   /// What it is made of.
   struct Parts {
@@ -32,8 +32,10 @@ class Member {
     bool announces = false;        ///< its protocol wants to know what others announce
     std::size_t agents = 1;        ///< of the run
     std::vector<Told> told;        ///< whose announcement reaches it
+    std::span<double> numbers;     ///< where its message and its estimate are to lie; empty: with it
     std::optional<bool> recorded;  ///< all or nothing of what is worth recording beside the estimate; nullopt: what fits
   };
+  static std::size_t numbers_of(const Protocol& protocol);  ///< how many numbers its message and its estimate have
   /// Throws ConfigError on a link that makes no sense.
   explicit Member(Parts parts);
 
@@ -49,7 +51,7 @@ class Member {
   std::span<const double> begin(const Graph& graph, std::span<const double> y, std::span<const AgentId> gone = {});
   [[nodiscard]] bool begun() const { return begun_; }
   /// Of the round that has begun.
-  [[nodiscard]] std::span<const double> message() const { return message_; }
+  [[nodiscard]] std::span<const double> message() const { return {numbers_, message_size_}; }
   [[nodiscard]] std::span<const Neighbour> in_neighbours() const { return sense_.in_neighbours; }
   /// Has its round begun, and is this agent one of its in-neighbours?
   [[nodiscard]] bool hears(AgentId from) const;
@@ -89,23 +91,27 @@ class Member {
   [[nodiscard]] const Protocol& protocol() const { return *protocol_; }
 
  private:
+  [[nodiscard]] std::span<double> estimate() const { return {numbers_ + message_size_, estimate_size_}; }
   void find_neighbours(std::span<const AgentId> gone);
   void extend_history();
 
+  // What every round needs lies together, in as few cache lines as can be: a thousand members that take turns wait for memory.
   std::unique_ptr<Protocol> protocol_;
-  Mailbox mailbox_;
+  Attendance attendance_;
   Sense sense_;
-  std::vector<double> message_, estimate_;
+  const Graph* graph_ = nullptr;  // of the round that has begun
+  double* numbers_;               // of its message, then of its estimate
+  std::uint32_t message_size_, estimate_size_;
   HistoryHash history_;
   std::uint64_t sent_ = 0;
   bool begun_ = false;
-  const Graph* graph_ = nullptr;  // of the round that has begun
-  Attendance attendance_;
+  Mailbox mailbox_;
   std::vector<Told> to_learn_;        // what it is told later, the next one last
   std::vector<const Values*> told_;   // by agent: what it announced, as far as this member knows
   std::vector<Neighbour> remaining_;  // where its in-neighbours lie if somebody is gone
   std::vector<AgentId> given_up_;     // who is gone and was not heard in a round that is over or waited for
   Layout recorded_layout_;
+  std::vector<double> own_numbers_;  // unless they lie with the driver
 };
 
 }  // namespace consort

@@ -23,7 +23,7 @@ class World {
   [[nodiscard]] std::vector<LinkTotals> links() const;
 
  private:
-  [[nodiscard]] Member member(AgentId agent, Round first) const;
+  [[nodiscard]] Member member(AgentId agent, Round first);
   void extend_state_histories();
   void measure(std::size_t i);
   void steer();
@@ -39,6 +39,7 @@ class World {
   Graph support_;
   std::vector<std::vector<Told>> told_;            // by agent: what it is told, and when; empty where nobody announces anything
   std::vector<Member> members_;                    // by agent
+  std::vector<double> numbers_;                    // of all members, side by side: neighbours read them
   std::vector<std::span<const double>> messages_;  // by agent: of this round
   Announced announced_;
   std::optional<Physics> physics_;
@@ -96,14 +97,18 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   extend_state_histories();
 }
 
-Member World::member(AgentId agent, Round first) const {
+Member World::member(AgentId agent, Round first) {
+  auto protocol = maker_.make(agent);
+  const std::size_t size = Member::numbers_of(*protocol);
+  if (numbers_.empty()) numbers_.resize(experiment_.agents * size);
+  const bool alike = numbers_.size() == experiment_.agents * size;  // else the dimensions are refused
   std::vector<AgentId> senders;
   for (const Neighbour& neighbour : support_.in_neighbours(agent)) senders.push_back(neighbour.id);
   return Member({.agent = agent,
                  .attendance = experiment_.presence_of(agent),
                  .first = first,
                  .dt = experiment_.dt,
-                 .protocol = maker_.make(agent),
+                 .protocol = std::move(protocol),
                  .senders = std::move(senders),
                  .links = experiment_.links_of(choice_),
                  .seed = seed_,
@@ -111,6 +116,7 @@ Member World::member(AgentId agent, Round first) const {
                  .announces = entry_.announces,
                  .agents = experiment_.agents,
                  .told = entry_.announces ? told_[index_of(agent)] : std::vector<Told>{},
+                 .numbers = alike ? std::span(numbers_).subspan(index_of(agent) * size, size) : std::span<double>(),
                  .recorded = experiment_.recording.state});
 }
 

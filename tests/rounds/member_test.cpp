@@ -31,6 +31,7 @@ Member member(std::vector<Told> told = {}, Round first = 0) {
                  .announces = announces,
                  .agents = 3,
                  .told = std::move(told),
+                 .numbers = {},
                  .recorded = {}});
 }
 
