@@ -1,4 +1,5 @@
-/// The agents' rounds without any transport: messages handed over in every possible disorder give simulate()'s run, bit for bit.
+/// The agents' rounds without any transport: messages handed over in every possible disorder give simulate()'s run, bit for bit. Holds
+/// rounds/hosted.hpp too, as do realtime_test.cpp and the loop in tests/plant/rounds_test.cpp.
 
 #include "rounds/lockstep.hpp"
 
