@@ -351,6 +351,31 @@ TEST_F(Cli, ProgramsStartedByHandNameTheWordTheyDoNotKnow) {
   EXPECT_EQ(text_of(file), "consort-plant: --run is required; see `consort-plant --help`\n");
 }
 
+TEST_F(Cli, ProgramsStartedByHandNameWhatKeepsThemFromTheirDomain) {
+  const std::string file = (streams_.path() / "hand").string();
+  const auto told = [&](const std::string& environment, const std::string& options) {
+    const std::string command = environment + " CONSORT_KEY=0123456789abcdef0123456789abcdef " + kBinDir +
+                                "/consort-agent --id 1 --run demo --domain 59 " + options + " 2>" + file;
+    const int code = WEXITSTATUS(std::system(command.c_str()));
+    return std::pair(code, text_of(file));
+  };
+  const auto [no_port, port_text] = told("", "--discovery neighbours");
+  EXPECT_EQ(no_port, 2);
+  EXPECT_EQ(port_text.find("consort-agent: --port: found none with --discovery neighbours; allowed: "), 0u) << port_text;
+  const auto [refused, text] = told("CYCLONEDDS_URI='<General><Foo>1</Foo></General>'", "");
+  EXPECT_EQ(refused, 2);
+  EXPECT_EQ(text.find("consort-agent: CYCLONEDDS_URI: found the element 'Foo'"), 0u) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << "once: " << text;
+}
+
+TEST_F(Cli, QuietTellsWhatExternalProcessesAreToBeEnteredWith) {
+  write_ring("stop: {deadline: 300 ms}\n");
+  const Answer answer = consort({"run", "ring.yaml", "--mode", "lockstep", "--external", "2", "--quiet", "--json", "--output", "out"});
+  EXPECT_EQ(answer.code, 4);
+  EXPECT_EQ(answer.err.find("waiting for agent 2: CONSORT_KEY="), 0u) << answer.err;
+  EXPECT_EQ(nlohmann::json::parse(answer.out)["ending"], "deadline");
+}
+
 TEST_F(Cli, MemoryThatCannotBeHadIsSaidAndExitsTwo) {
   write("huge.yaml",
         "experiment: huge\nmode: simulate\nagents: {count: 100000, protocol: local_voting, initial: {x: 1}}\ntopology: complete\n");

@@ -105,6 +105,10 @@ TEST(Results, OfARunThatNeverBeganThereIsNeitherTraceNorStartUp) {
   const auto json = nlohmann::json::parse(to_json(never));
   EXPECT_FALSE(json.contains("trace_hash"));
   EXPECT_FALSE(json["performance"].contains("startup_seconds"));
+  EXPECT_EQ(json["ending"], "failure");
+  const Results none(experiment, "out");
+  EXPECT_EQ(none.summary({}, Exit::terminated, "interrupted").ending, Ending::signal);
+  EXPECT_EQ(none.summary({}, Exit::timed_out, "deadline").ending, Ending::deadline);
   EXPECT_EQ(render(never, {}).find("trace "), std::string::npos) << render(never, {});
   EXPECT_EQ(render(never, {}).find("start-up"), std::string::npos);
   Results results(experiment, "out");
