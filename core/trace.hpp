@@ -113,7 +113,6 @@ struct Trace {
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
   Round last_round = 0;           ///< rounds executed
   bool converged = false;         ///< the stop rule's convergence held
-  bool only_names = false;        ///< the run has not begun, and only the names of its metrics count: what takes long need not be computed
   AgentCounters totals;
   std::vector<LinkTotals> links;       ///< links that carried anything, ascending by edge
   std::vector<NetworkTotals> network;  ///< mode realtime: the same links, ascending by edge

@@ -38,6 +38,9 @@ inline std::vector<std::string> choices_of(const ValueDoc& doc) {
   }
 }
 
+/// `given`, and for what is missing the default that its document states, where that is a number or a word of a choice.
+Values with_defaults(Values given, std::span<const ValueDoc> docs);
+
 /// Throws ConfigError on a value that no line of `docs` names; `whose` begins the text ("protocol x: unknown parameter ...").
 inline void require_known(std::string_view whose, std::string_view kind, const Values& values, std::span<const ValueDoc> docs) {
   std::vector<std::string_view> known;

@@ -6,9 +6,9 @@
 /// z_j = [omega_j q_mj, q_mj'] are displacement and velocity of mode j in mm/s. Source: Knotek, thesis, section 3.6: omega = 89, 221, 409,
 /// 651 rad/s (the thesis prints Hz; its variances need rad/s), 2 zeta omega = 1e-5 + 1e-6 omega^2, sensors at free nodes 3, 7, 9, 11 of 14.
 /// The thesis does not print C; ours is that of a plain beam of 15 finite elements at those frequencies, which gives its covariances to a
-/// few per cent (core/beam.hpp). No control acts.
+/// few per cent (models/beam_modes.hpp). No control acts.
 
-#include "core/beam_plant.hpp"
+#include "models/beam_plant.hpp"
 #include "models/shared_linear.hpp"
 
 namespace consort {
@@ -17,6 +17,7 @@ struct ClampedBeam {
   static constexpr std::string_view name = "beam";
   static constexpr std::string_view summary =
       "the lowest bending modes of a clamped beam, one for all agents; some have a displacement sensor";
+  static constexpr bool shared = true;
   static constexpr std::span<const ValueDoc> parameters = kBeamParameters;
   static constexpr std::span<const ValueDoc> initial = kBeamInitial;
 

@@ -14,7 +14,9 @@ template <class M>
 PlantEntry entry() {
   std::span<const ValueDoc> couplings;
   if constexpr (requires { M::couplings; }) couplings = M::couplings;
-  return {M::name, M::summary, M::parameters, M::initial, couplings, &M::make};
+  bool shared = false;
+  if constexpr (requires { M::shared; }) shared = M::shared;
+  return {M::name, M::summary, M::parameters, M::initial, couplings, shared, &M::make};
 }
 
 }  // namespace
@@ -33,6 +35,13 @@ const PlantEntry& find_plant(std::string_view name) {
     known.push_back(entry.name);
   }
   throw ConfigError(unknown_word("plant model", name, known));
+}
+
+std::string shared_plants() {
+  std::string names;
+  for (const PlantEntry& entry : plant_table())
+    if (entry.shared) names += (names.empty() ? "" : ", ") + std::string(entry.name);
+  return names;
 }
 
 }  // namespace consort

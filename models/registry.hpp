@@ -15,6 +15,7 @@ struct PlantEntry {
   std::span<const ValueDoc> parameters;
   std::span<const ValueDoc> initial;
   std::span<const ValueDoc> couplings;  ///< what one agent's part may do to another's; empty: parts are not coupled
+  bool shared = false;                  ///< one plant that every agent observes
   /// Throws ConfigError (naming parameter or initial value, what was found, what is allowed).
   std::unique_ptr<PlantModel> (*make)(const PlantSetup& setup);
 };
@@ -22,5 +23,7 @@ struct PlantEntry {
 std::span<const PlantEntry> plant_table();
 /// Throws ConfigError naming the nearest match.
 const PlantEntry& find_plant(std::string_view name);
+/// The names of those that are shared: "one, another".
+std::string shared_plants();
 
 }  // namespace consort

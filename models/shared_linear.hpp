@@ -91,6 +91,7 @@ struct SharedLinear {
   static constexpr std::string_view name = "shared_linear";
   static constexpr std::string_view summary =
       "x' = A x + sum_i B_i u_i, y_i = C_i x: one plant that every agent observes through its own C";
+  static constexpr bool shared = true;
   static constexpr std::array parameters{ValueDoc{"A", "matrix n x n", "", "dynamics, 1/s; the same for all"},
                                          ValueDoc{"B", "matrix n x m", "none", "input matrix of an agent"},
                                          ValueDoc{"C", "matrix p x n", "none", "output matrix of an agent; none: it measures nothing"}};

@@ -1,6 +1,7 @@
 #pragma once
-/// The table of protocols: one visible line each, in the table of its family (registry_consensus.cpp, ...).
+/// The table of protocols: one visible line each, in the table of its family (protocols/<family>/table.cpp).
 
+#include "core/metrics/metrics.hpp"
 #include "protocols/protocol.hpp"
 
 #include <memory>
@@ -10,6 +11,10 @@
 
 namespace consort {
 
+struct TheoryCase;
+class Findings;
+
+/// What a protocol knows of itself. Whoever asks "which protocol is this?" asks its entry.
 struct ProtocolEntry {
   std::string_view name;
   std::string_view summary;      ///< one line
@@ -22,6 +27,9 @@ struct ProtocolEntry {
   bool announces = false;                   ///< its agents tell everybody about themselves in their layout messages
   Truth truth = Truth::none;
   bool needs_plant = false;  ///< it measures or steers a plant, and an experiment without one is a mistake
+  std::span<const MetricEntry> metrics =
+      {};  ///< it offers these beyond those that are true of any run; of two with one name its own counts
+  void (*examine)(const TheoryCase&, Findings&) = nullptr;  ///< what theory asks of an experiment; null: nothing
   /// Throws ConfigError (naming parameter, what was found, what is allowed).
   std::unique_ptr<Protocol> (*make)(const Values& parameters, const Setup& setup);
 };

@@ -40,7 +40,11 @@ std::unique_ptr<Protocol> make(const Values& parameters, const Setup& setup) {
 template <class Spec>
 ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
   bool needs_plant = false;
+  std::span<const MetricEntry> metrics;
+  decltype(ProtocolEntry::examine) examine = nullptr;
   if constexpr (requires { Spec::needs_plant; }) needs_plant = Spec::needs_plant;
+  if constexpr (requires { Spec::metrics; }) metrics = Spec::metrics;
+  if constexpr (requires { Spec::examine; }) examine = Spec::examine;
   return {Spec::name,
           Spec::summary,
           Spec::source,
@@ -52,6 +56,8 @@ ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
           announces,
           truth_of<Spec>(),
           needs_plant,
+          metrics,
+          examine,
           make};
 }
 

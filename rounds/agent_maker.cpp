@@ -27,4 +27,18 @@ std::unique_ptr<Protocol> AgentMaker::make(AgentId agent) const {
   return make_protocol(entry_, parameters, setup, physics_->control_size(agent));
 }
 
+Trace AgentMaker::empty_trace(const Protocol& first) const {
+  Trace trace;
+  trace.agents = experiment_.agents;
+  trace.estimate_layout = first.estimate_layout();
+  trace.dimension = trace.estimate_layout.size();
+  trace.recorded_layout = recorded_part(first.recorded_layout(), experiment_.recording.state);
+  trace.recorded_dimension = trace.recorded_layout.size();
+  if (physics_) trace.state_layout = physics_->state_layout();
+  trace.state_dimension = trace.state_layout.size();
+  trace.truth = entry_.truth;
+  trace.agrees_on_states = physics_ && first.control_size() > 0 && trace.truth == Truth::none;
+  return trace;
+}
+
 }  // namespace consort

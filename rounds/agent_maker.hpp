@@ -2,6 +2,7 @@
 /// Makes the agents of one run as every driver does: protocol, parameters, initial values, and what the plant lets them know.
 
 #include "core/experiment.hpp"
+#include "core/trace.hpp"
 #include "models/physics.hpp"
 #include "protocols/registry.hpp"
 
@@ -16,6 +17,9 @@ class AgentMaker {
   AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed);
   /// Throws ConfigError where the protocol refuses its values, or does not fit the plant.
   [[nodiscard]] std::unique_ptr<Protocol> make(AgentId agent) const;
+  /// The trace of such a run before its first report: layouts, sizes, what the estimate is of. `first`: the protocol of agent 1.
+  [[nodiscard]] Trace empty_trace(const Protocol& first) const;
+  [[nodiscard]] Trace empty_trace() const { return empty_trace(*make(agent_at(0))); }
   /// Length of the longest u that the plant takes from an agent; 0 without a plant.
   [[nodiscard]] std::size_t largest_control() const { return largest_control_; }
   /// The plant at round 0; nothing without one.

@@ -19,7 +19,7 @@ class World {
   World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed);
   void advance(Round k);  // from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
-  [[nodiscard]] Trace empty_trace() const;
+  [[nodiscard]] Trace empty_trace() const { return maker_.empty_trace(members_[0].protocol()); }
   [[nodiscard]] std::vector<LinkTotals> links() const;
 
  private:
@@ -194,21 +194,6 @@ RoundReport World::report(Round k) {
     }
   }
   return {k, estimates_, hashes_, counters_, states_, state_hashes_, recorded_};
-}
-
-Trace World::empty_trace() const {
-  const Protocol& protocol = members_[0].protocol();
-  Trace trace;
-  trace.agents = members_.size();
-  trace.estimate_layout = protocol.estimate_layout();
-  trace.dimension = trace.estimate_layout.size();
-  trace.recorded_layout = members_[0].recorded_layout();
-  trace.recorded_dimension = trace.recorded_layout.size();
-  if (physics_) trace.state_layout = physics_->state_layout();
-  trace.state_dimension = trace.state_layout.size();
-  trace.truth = entry_.truth;
-  trace.agrees_on_states = steers_ && entry_.truth == Truth::none;
-  return trace;
 }
 
 std::vector<LinkTotals> World::links() const {

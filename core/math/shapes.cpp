@@ -28,6 +28,13 @@ std::string text_of(std::complex<double> value) {
   return text_of(value.real()) + (value.imag() < 0.0 ? " - " : " + ") + text_of(std::abs(value.imag())) + "i";
 }
 
+std::string text_of(const Vector& value) {
+  if (value.size() == 1) return text_of(value[0]);
+  std::string out;
+  for (const double component : value) out += (out.empty() ? "" : ", ") + text_of(component);
+  return "(" + out + ")";
+}
+
 std::string shape_of(const Matrix& value) { return std::to_string(value.rows()) + " x " + std::to_string(value.cols()); }
 
 void require_square(const Matrix& value, std::string_view what) {

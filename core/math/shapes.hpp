@@ -12,6 +12,7 @@ namespace consort {
 
 std::string text_of(double value);                ///< six significant digits
 std::string text_of(std::complex<double> value);  ///< as "-1 + 2i"; the imaginary part only if there is one
+std::string text_of(const Vector& value);         ///< as "(1, 2)"; a single number alone
 std::string shape_of(const Matrix& value);        ///< as "2 x 3"
 
 /// Throws ConfigError unless `value` is square, has a row, and has finite entries only.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace consort {
 namespace {
@@ -50,7 +51,17 @@ void for_each_late_report(const Trace& trace, Use&& use) {
 
 RoundReport last_report(const Trace& trace) { return trace.report(trace.rounds.size() - 1); }
 
-std::string of_agent(const char* name, std::size_t i) { return std::string(name) + "." + std::to_string(i + 1); }
+/// Where in an estimate of the plant's state its covariance P begins.
+std::optional<std::size_t> covariance_at(const Trace& trace) {
+  if (trace.truth != Truth::state) return std::nullopt;
+  const std::size_t n = trace.state_dimension;
+  std::size_t at = 0;
+  for (const Field& field : trace.estimate_layout.fields) {
+    if (field.name == "P" && field.rows == n && field.cols == n) return at;
+    at += field.size();
+  }
+  return std::nullopt;
+}
 
 /// Errors of agent i per field of the plant's state.
 void errors_by_field(const Trace& trace, const Slot& slot, std::size_t i, Metrics& out) {
@@ -58,7 +69,7 @@ void errors_by_field(const Trace& trace, const Slot& slot, std::size_t i, Metric
   for (const Field& field : trace.state_layout.fields) {
     double sum = 0.0;
     for_each_error(slot, [&](std::size_t c, double error, double) { sum += c >= at && c < at + field.size() ? error * error : 0.0; });
-    out[of_agent("error", i) + "." + field.name] = std::sqrt(sum);
+    out[of_agent("error", agent_at(i)) + "." + field.name] = std::sqrt(sum);
     at += field.size();
   }
 }
@@ -74,7 +85,7 @@ void final_error(const Experiment&, Seed, const ProtocolChoice&, const Trace& tr
     if (slots.empty()) continue;
     double sum = 0.0;
     for (const Slot& slot : slots) for_each_error(slot, [&](std::size_t, double error, double) { sum += error * error; });
-    out[of_agent("error", i)] = std::sqrt(sum);
+    out[of_agent("error", agent_at(i))] = std::sqrt(sum);
     if (trace.truth == Truth::state && trace.state_layout.fields.size() > 1) errors_by_field(trace, slots.front(), i, out);
   }
 }
@@ -122,22 +133,45 @@ void rmse(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Me
   for (std::size_t i = 0; i < trace.agents; ++i) {
     sum += sums[i];
     count += counts[i];
-    if (i < kNamedAgents && counts[i] > 0.0) out[of_agent("rmse", i)] = std::sqrt(sums[i] / counts[i]);
+    if (i < kNamedAgents && counts[i] > 0.0) out[of_agent("rmse", agent_at(i))] = std::sqrt(sums[i] / counts[i]);
   }
   out["rmse"] = std::sqrt(sum / count);
 }
 
+void estimators_name(std::string_view name, const PlannedRun& run, MetricNames& out) {
+  if (run.trace.truth != Truth::none) out.emplace(name);
+}
+
+void error_names(std::string_view name, const PlannedRun& run, MetricNames& out) {
+  estimators_name(name, run, out);
+  if (run.trace.truth == Truth::none) return;
+  const auto& fields = run.trace.state_layout.fields;
+  for (std::size_t i = 0; i < std::min(run.trace.agents, kNamedAgents); ++i) {
+    if (!run.there_at_end(agent_at(i))) continue;
+    const std::string own = of_agent(name, agent_at(i));
+    out.insert(own);
+    if (run.trace.truth == Truth::state && fields.size() > 1)
+      for (const Field& field : fields) out.insert(own + "." + field.name);
+  }
+}
+
+void rmse_names(std::string_view name, const PlannedRun& run, MetricNames& out) {
+  estimators_name(name, run, out);
+  for (std::size_t i = 0; run.trace.truth != Truth::none && i < std::min(run.trace.agents, kNamedAgents); ++i)
+    if (run.there_late(agent_at(i))) out.insert(of_agent(name, agent_at(i)));
+}
+
+void nees_names(std::string_view name, const PlannedRun& run, MetricNames& out) {
+  if (!covariance_at(run.trace)) return;
+  out.emplace(name);
+  if (run.experiment.runs < 2) return;
+  for (const char* bound : {"_low", "_high"}) out.insert(std::string(name) + bound);
+}
+
 void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, const Trace& trace, Metrics& out) {
-  if (trace.truth != Truth::state) return;
+  const auto at = covariance_at(trace);
+  if (!at) return;
   const std::size_t n = trace.state_dimension;
-  std::size_t at = 0;
-  const auto& fields = trace.estimate_layout.fields;
-  const auto P = std::find_if(fields.begin(), fields.end(), [&](const Field& field) {
-    if (field.name == "P" && field.rows == n && field.cols == n) return true;
-    at += field.size();
-    return false;
-  });
-  if (P == fields.end()) return;
   const auto size = static_cast<Eigen::Index>(n);
   const std::string whose = "nees of " + protocol.name;
   constexpr double kLeastVariance = 1e-290;  // without process noise P may vanish
@@ -148,7 +182,7 @@ void nees(const Experiment& experiment, Seed, const ProtocolChoice& protocol, co
       if (slots.empty()) continue;
       Vector error = Vector::Zero(size);
       for_each_error(slots.front(), [&](std::size_t c, double value, double) { error[static_cast<Eigen::Index>(c)] = value; });
-      const Matrix claimed = Eigen::Map<const Matrix>(report.estimates.data() + i * trace.dimension + at, size, size);
+      const Matrix claimed = Eigen::Map<const Matrix>(report.estimates.data() + i * trace.dimension + *at, size, size);
       if (const double least = claimed.diagonal().minCoeff(); least >= 0.0 && least < kLeastVariance) {
         sum = std::numeric_limits<double>::quiet_NaN();  // what is left of P says nothing
         continue;

@@ -28,4 +28,10 @@ void rmse(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics&
 /// Throws RunError naming agent, round, size and condition where P is not positive definite.
 void nees(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
+// Their names.
+void estimators_name(std::string_view name, const PlannedRun&, MetricNames& out);
+void error_names(std::string_view name, const PlannedRun&, MetricNames& out);
+void rmse_names(std::string_view name, const PlannedRun&, MetricNames& out);
+void nees_names(std::string_view name, const PlannedRun&, MetricNames& out);
+
 }  // namespace consort

@@ -44,4 +44,15 @@ void timing(const Experiment& experiment, Seed, const ProtocolChoice&, const Tra
   out["liveliness_lost"] = sum([](const Performance& p) { return p.liveliness_lost; });
 }
 
+void network_names(std::string_view, const PlannedRun& run, MetricNames& out) {
+  if (run.experiment.mode == Mode::realtime)
+    out.insert({"network_sent", "network_lost", "network_late", "network_duplicated", "network_reordered"});
+}
+
+void timing_names(std::string_view, const PlannedRun& run, MetricNames& out) {
+  if (run.experiment.mode != Mode::realtime) return;
+  out.insert({"missed_deadlines", "missed_inputs", "jitter_p50", "jitter_p99", "jitter_max", "cpu", "resident_bytes",
+              "dds_deadlines_missed", "liveliness_lost"});
+}
+
 }  // namespace consort

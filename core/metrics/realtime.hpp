@@ -15,4 +15,8 @@ void network(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metri
 /// liveliness_lost: as DDS counts them. Nothing in other modes.
 void timing(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
+// Their names; each of the two gives all of its own.
+void network_names(std::string_view name, const PlannedRun&, MetricNames& out);
+void timing_names(std::string_view name, const PlannedRun&, MetricNames& out);
+
 }  // namespace consort

@@ -6,11 +6,21 @@
 
 namespace consort {
 
-void covariance_held(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+namespace {
+
+/// What an agent records of its certainty: a covariance P or an information Y.
+std::optional<Trace::Place> certainty(const Trace& trace) {
   auto place = trace.place_of("P");
-  const bool information = !place;
-  if (information) place = trace.place_of("Y");
-  if (!place || place->field.rows != place->field.cols) return;
+  if (!place) place = trace.place_of("Y");
+  return place && place->field.rows == place->field.cols ? place : std::nullopt;
+}
+
+}  // namespace
+
+void covariance_held(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
+  const auto place = certainty(trace);
+  if (!place) return;
+  const bool information = place->field.name == "Y";
   const auto n = static_cast<Eigen::Index>(place->field.rows);
   double sum = 0.0, count = 0.0;
   for (std::size_t i = 0; i < trace.agents; ++i) {
@@ -48,6 +58,14 @@ void control_effort(const Experiment&, Seed, const ProtocolChoice&, const Trace&
   }
   out["control_peak"] = peak;
   out["control_rms"] = count > 0.0 ? std::sqrt(squares / count) : 0.0;
+}
+
+void covariance_name(std::string_view name, const PlannedRun& run, MetricNames& out) {
+  if (certainty(run.trace)) out.emplace(name);
+}
+
+void control_names(std::string_view, const PlannedRun& run, MetricNames& out) {
+  if (run.trace.place_of("u")) out.insert({"control_peak", "control_rms"});
 }
 
 }  // namespace consort

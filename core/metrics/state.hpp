@@ -13,4 +13,8 @@ void covariance_held(const Experiment&, Seed, const ProtocolChoice&, const Trace
 /// after the first.
 void control_effort(const Experiment&, Seed, const ProtocolChoice&, const Trace&, Metrics& out);
 
+// Their names.
+void covariance_name(std::string_view name, const PlannedRun&, MetricNames& out);
+void control_names(std::string_view name, const PlannedRun&, MetricNames& out);
+
 }  // namespace consort

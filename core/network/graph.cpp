@@ -179,6 +179,17 @@ Graph from_adjacency(const Matrix& g) {
   return Graph(static_cast<std::size_t>(g.rows()), edges);
 }
 
+Graph part_of(const Graph& graph, std::span<const AgentId> members) {
+  std::vector<std::uint32_t> number(graph.agents(), 0);  // 0: not one of them
+  for (std::size_t i = 0; i < members.size(); ++i) number[index_of(members[i])] = agent_at(i).value;
+  std::vector<WeightedEdge> edges;
+  for (const auto& [edge, weight] : graph.edges()) {
+    const AgentId from{number[index_of(edge.from)]}, to{number[index_of(edge.to)]};
+    if (from.value != 0 && to.value != 0) edges.push_back({{from, to}, weight});
+  }
+  return Graph(members.size(), std::span<const WeightedEdge>(edges));
+}
+
 Graph union_of(std::span<const Graph> graphs) {
   if (graphs.empty()) return {};
   std::vector<WeightedEdge> all;

@@ -69,6 +69,8 @@ Graph from_adjacency(const Matrix& g);                            ///< g(i,j) > 
 Matrix adjacency(const Graph&);                 ///< n x n, entry (i,j) = w_ij
 Matrix laplacian(const Graph&);                 ///< L = diag(row sums) - adjacency, L 1 = 0
 Graph union_of(std::span<const Graph> graphs);  ///< an edge is present if it is in any; the largest weight counts
+/// The graph of some agents, ascending, renumbered in order.
+Graph part_of(const Graph&, std::span<const AgentId> members);
 
 bool strongly_connected(const Graph&);  ///< every agent reaches every other; false without agents
 bool has_spanning_tree(const Graph&);   ///< directed: some agent reaches every other

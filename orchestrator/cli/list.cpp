@@ -1,12 +1,13 @@
 #include "io/standard_streams.hpp"
 #include "orchestrator/cli/help.hpp"
+#include "orchestrator/cli/tables.hpp"
 #include "orchestrator/cli/verbs.hpp"
 
-#include "core/metrics/metrics.hpp"
 #include "models/registry.hpp"
 #include "orchestrator/report/terminal.hpp"
 #include "orchestrator/script/topology.hpp"
 #include "orchestrator/script/wording.hpp"
+#include "protocols/metrics.hpp"
 #include "protocols/registry.hpp"
 
 #include <fmt/format.h>
@@ -140,6 +141,10 @@ class ListVerb : public Verb {
              {{"0", "listed"}, {"2", "there is no such list"}});
     app_.add_option("what", what_, "What to list.")->required()->type_name("protocols|plants|topologies|metrics")->check(a_list);
     add_output_flags("Print the list as JSON.", "Refused: a list is there to be printed.");
+    app_.add_flag("--markdown", markdown_, "Print the list as the guide holds it.")->excludes("--json");
+    app_.add_flag("--schema", schema_, "Print what the schema of the experiment file says of protocols and plants.")
+        ->excludes("--json")
+        ->excludes("--markdown");
   }
 
   Exit execute() override {
@@ -147,6 +152,10 @@ class ListVerb : public Verb {
     if (quiet_ && !json_) throw ConfigError("--quiet: found with list, which does nothing but print; allowed: with --json, or not at all");
     if (json_)
       streams::put(fmt::format("{}\n", as_json(what_).dump(2)));
+    else if (schema_)
+      streams::put(schema_of_tables());
+    else if (markdown_)
+      streams::put(markdown_of(what_));
     else if (what_ == "protocols")
       list_protocols(style);
     else if (what_ == "plants")
@@ -160,6 +169,7 @@ class ListVerb : public Verb {
 
  private:
   std::string what_;
+  bool markdown_ = false, schema_ = false;
 };
 
 }  // namespace

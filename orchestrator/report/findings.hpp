@@ -2,7 +2,7 @@
 /// What is done with findings: told, kept, and acted on.
 
 #include "orchestrator/report/terminal.hpp"
-#include "orchestrator/theory/theory.hpp"
+#include "protocols/theory.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 
 #include "core/experiment.hpp"
 #include "orchestrator/report/terminal.hpp"
-#include "orchestrator/theory/theory.hpp"
+#include "protocols/theory.hpp"
 
 #include <string>
 #include <vector>

@@ -38,7 +38,7 @@ CREATE TABLE experiment (        -- one row: what was to be run and, at the end,
 );
 CREATE TABLE runs (              -- one row per protocol (and value of the sweep) and seed
   run INTEGER PRIMARY KEY,       -- 0, 1, ... protocol by protocol, seeds ascending
-  protocol TEXT NOT NULL,        -- of a sweep, with the name of its value: kalman_consensus.loss_0.1
+  protocol TEXT NOT NULL,        -- of a sweep, with the name of its value: <protocol>.loss_0.1
   sweep_value REAL,              -- the value as a number, durations in s; NULL: no sweep, or not a number
   seed NOT NULL,                 -- an integer; a text if it exceeds 63 bits
   agents INTEGER NOT NULL,

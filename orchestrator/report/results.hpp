@@ -3,7 +3,7 @@
 
 #include "core/errors.hpp"
 #include "core/metrics/divergence.hpp"
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "orchestrator/run/run.hpp"
 #include "orchestrator/script/criteria.hpp"
 

@@ -1,12 +1,12 @@
 #include "orchestrator/script/agents.hpp"
 
 #include "core/counted.hpp"
-#include "core/metrics/metrics.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/numbers.hpp"
 #include "orchestrator/script/wording.hpp"
+#include "protocols/metrics.hpp"
 #include "protocols/registry.hpp"
-#include "rounds/simulate.hpp"
+#include "rounds/agent_maker.hpp"
 
 #include <fmt/format.h>
 
@@ -278,10 +278,8 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
 std::vector<std::string> metric_names(const Experiment& experiment) {
   std::vector<std::string> out;
   for (const auto& choice : experiment.protocols) {
-    Trace start = simulate(experiment, choice, experiment.seed, [](const RoundReport&) { return false; });
-    start.only_names = true;
     const std::string prefix = experiment.protocols.size() > 1 ? choice.title() + "." : "";
-    for (const auto& [name, value] : compute_metrics(experiment, experiment.seed, choice, start)) {
+    for (const std::string& name : names_of_metrics(experiment, choice, AgentMaker(experiment, choice, experiment.seed).empty_trace())) {
       out.push_back(prefix + name);
       if (experiment.runs == 1) continue;
       for (const char* over_runs : {".std", ".share"}) out.push_back(prefix + name + over_runs);

@@ -19,7 +19,7 @@ void read_agents(Mistakes&, const YAML::Node&, const std::filesystem::path& dire
 /// Makes every agent of every protocol and link once; what they refuse becomes a mistake at the value's place.
 void try_agents(Mistakes&, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment, const Places& places);
 
-/// The metric names this experiment will have, found by measuring its initial state.
+/// The metric names this experiment will have.
 std::vector<std::string> metric_names(const Experiment& experiment);
 
 }  // namespace consort::script

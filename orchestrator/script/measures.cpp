@@ -1,13 +1,12 @@
 #include "orchestrator/script/measures.hpp"
 
-#include "core/metrics/metrics.hpp"
 #include "orchestrator/script/agents.hpp"
 #include "orchestrator/script/criteria.hpp"
+#include "protocols/metrics.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <utility>
 
 namespace consort::script {
 namespace {
@@ -46,14 +45,6 @@ std::string metric_behind(const std::string& name) {
   return std::string(longest);
 }
 
-/// Every metric is known to a criterion, whatever is printed.
-std::vector<std::string> every_metric_name(Experiment& out) {
-  const auto wanted = std::exchange(out.metrics, {});
-  auto names = metric_names(out);
-  out.metrics = wanted;
-  return names;
-}
-
 /// The protocol (and the sweep's value) that a metric is of.
 std::string title_before(const Experiment& out, const std::string& metric) {
   std::string longest;
@@ -81,7 +72,7 @@ void read_measures(Mistakes& mistakes, const Section& top, Experiment& experimen
 
 void check_criteria(Mistakes& mistakes, const Section& top, Experiment& out) {
   if (out.criteria.empty()) return;
-  const auto names = every_metric_name(out);
+  const auto names = metric_names(out);
   std::vector<std::string> with_runs;  // what a single run does not have
   const YAML::Node list = top.find("criteria");
   for (std::size_t i = 0; i < out.criteria.size(); ++i) {
@@ -90,7 +81,7 @@ void check_criteria(Mistakes& mistakes, const Section& top, Experiment& out) {
       const auto used = metrics_of(out.criteria[i]);
       if (out.runs == 1 && with_runs.empty() && !std::all_of(used.begin(), used.end(), is_known)) {
         out.runs = 2;
-        with_runs = every_metric_name(out);
+        with_runs = metric_names(out);
         out.runs = 1;
       }
       check_criterion(out.criteria[i], names, with_runs);

@@ -18,7 +18,9 @@
 
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/metrics.hpp"
 #include "protocols/adaptive/reference.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -29,6 +31,8 @@ struct AdaptiveConsensus {
   static constexpr std::string_view assumptions =
       "(A, B) stabilisable, y = x; strongly connected or led; eigenvalue: undirected; dt small against the largest gain";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kGainMetrics;
+  static constexpr auto examine = examine_adaptive_consensus;
   static constexpr std::array parameters = joined(
       joined(kGainParameters,
              std::array{ValueDoc{"beta", "scalar", "0.9 lambda_min(Q) / lambda_max(P)", "decay rate of c_i, 1/s"},

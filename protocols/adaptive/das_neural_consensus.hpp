@@ -16,6 +16,7 @@
 #include "core/counted.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -25,6 +26,7 @@ struct DasNeuralConsensus {
   static constexpr std::string_view source = "Das, Lewis 2010 (Knotek, thesis, (4.3)-(4.6))";
   static constexpr std::string_view assumptions = "y = x, scalar; strongly connected or led; drift near the span of 1, sin x, cos x";
   static constexpr bool needs_plant = true;
+  static constexpr auto examine = examine_das_neural_consensus;
   static constexpr std::array parameters{ValueDoc{"c", "scalar", "20", "coupling gain, 1/s, > 0"},
                                          ValueDoc{"F", "scalar", "10", "rate of learning (F times the identity), > 0"},
                                          ValueDoc{"kappa", "scalar", "0.01", "rate of forgetting, at least 0"},

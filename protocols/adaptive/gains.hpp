@@ -3,44 +3,17 @@
 /// linear quadratic control (Knotek, thesis, (4.26)-(4.28)).
 
 #include "core/counted.hpp"
-#include "core/errors.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/riccati.hpp"
-#include "core/value_doc.hpp"
-#include "protocols/protocol.hpp"
-
-#include <array>
-#include <cmath>
-#include <string>
+#include "protocols/parameters.hpp"
 
 namespace consort {
-
-/// y_i as a vector (n).
-inline Eigen::Map<const Vector> measured(const Sense& sense) { return {sense.y.data(), static_cast<Eigen::Index>(sense.y.size())}; }
-
-/// Two tables of parameters, one after the other.
-template <std::size_t N, std::size_t M>
-constexpr std::array<ValueDoc, N + M> joined(const std::array<ValueDoc, N>& first, const std::array<ValueDoc, M>& second) {
-  std::array<ValueDoc, N + M> all{};
-  for (std::size_t i = 0; i < N; ++i) all[i] = first[i];
-  for (std::size_t i = 0; i < M; ++i) all[N + i] = second[i];
-  return all;
-}
-
-/// A scalar parameter that must be above zero (or, if `zero_too`, at least zero). Throws ConfigError.
-inline double positive_parameter(std::string_view who, const Values& given, std::string_view name, std::optional<double> fallback,
-                                 bool zero_too = false) {
-  const double value = given.scalar(name, fallback);
-  if (std::isfinite(value) && (value > 0.0 || (zero_too && value == 0.0))) return value;
-  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + std::to_string(value) +
-                    (zero_too ? "; allowed: 0 or more" : "; allowed: above 0"));
-}
 
 /// Coordinates of a position, where y_i = (positions, velocities). Throws ConfigError on a measurement that has no two halves.
 inline Eigen::Index positions_measured(std::string_view who, const Setup& setup) {
   if (setup.measurement_size % 2 != 0 || setup.measurement_size == 0)
     throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + " measures " +
-                      counted(setup.measurement_size, "number") + "; allowed: positions and as many velocities (integrator, order 2)");
+                      counted(setup.measurement_size, "number") + "; allowed: positions and as many velocities (double integrators)");
   return static_cast<Eigen::Index>(setup.measurement_size / 2);
 }
 
@@ -63,7 +36,9 @@ inline ConsensusGains consensus_gains(std::string_view who, const Values& values
   const std::string place = "protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value);
   const Matrix *A = setup.model.find("A"), *B = setup.model.find("B"), *C = setup.model.find("C");
   if (A == nullptr || B == nullptr)
-    throw ConfigError(place + ": it needs to know its dynamics A and B; found: a plant that does not tell; allowed: integrator, linear");
+    throw ConfigError(
+        place +
+        ": it needs to know its dynamics A and B; found: a plant that does not tell; allowed: a linear plant model, a part for each agent");
   if (C == nullptr || C->rows() != A->rows() || !C->isIdentity(0.0) || setup.measurement_size != static_cast<std::size_t>(A->rows()))
     throw ConfigError(place + ": it needs y = x, its whole state and nothing else (C the identity, sensing: own)");
   const Matrix Q = values.covariance("Q", A->rows(), 1.0), R = values.covariance("R", B->cols(), 1.0, true);

@@ -17,6 +17,8 @@
 
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/metrics.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -26,6 +28,8 @@ struct LiAgentConsensus {
   static constexpr std::string_view source = "Li, Wen, Duan, Ren 2015 (Knotek, thesis, (4.21)-(4.22), sign corrected)";
   static constexpr std::string_view assumptions = "(A, B) stabilisable, y = x; a leader reaches everybody; small differences or tiny dt";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kGainMetrics;
+  static constexpr auto examine = examine_li_agent_consensus;
   static constexpr std::array parameters = kGainParameters;
   static constexpr std::array initial{ValueDoc{"c", "scalar", "1", "coupling gain c_i(0), at least 1 in theory, > 0"}};
   static constexpr std::array estimate_values{ValueDoc{"c", "scalar", "", "coupling gain c_i"}};

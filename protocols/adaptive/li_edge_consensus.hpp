@@ -17,6 +17,8 @@
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/edge_gains.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/metrics.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -26,6 +28,8 @@ struct LiEdgeConsensus {
   static constexpr std::string_view source = "Li, Ren, Liu, Fu 2013 (Knotek, thesis, (4.18)-(4.20))";
   static constexpr std::string_view assumptions = "(A, B) stabilisable, y = x; undirected, connected; no noise";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kGainMetrics;
+  static constexpr auto examine = examine_li_edge_consensus;
   static constexpr std::array parameters =
       joined(kGainParameters, std::array{ValueDoc{"rate", "scalar", "1", "k, the constant kappa_ij of (4.19), the same for all edges"}});
   static constexpr std::array initial{ValueDoc{"c", "scalar", "0.01", "gain c_ij(0) of each edge, > 0, the same at all agents"}};

@@ -17,6 +17,8 @@
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/edge_gains.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/metrics.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -26,6 +28,8 @@ struct SuConsensus {
   static constexpr std::string_view source = "Su, Chen, Wang, Lin 2011 (Knotek, thesis, (4.9)-(4.11))";
   static constexpr std::string_view assumptions = "y = (position, velocity); undirected and connected among the followers; no noise";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kGainMetrics;
+  static constexpr auto examine = examine_su_consensus;
   static constexpr std::array parameters{ValueDoc{"c_s", "scalar", "1", "weight of the leader's position, > 0"},
                                          ValueDoc{"k_m", "scalar", "1", "rate of the edges' gains, > 0"},
                                          ValueDoc{"k_c", "scalar", "1", "rate of the gain to the leader, > 0"}};

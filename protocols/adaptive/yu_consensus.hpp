@@ -15,6 +15,8 @@
 
 #include "protocols/adapter.hpp"
 #include "protocols/adaptive/gains.hpp"
+#include "protocols/adaptive/metrics.hpp"
+#include "protocols/adaptive/theory.hpp"
 
 namespace consort {
 
@@ -24,6 +26,8 @@ struct YuConsensus {
   static constexpr std::string_view source = "Yu, Ren, Zheng, Chen, Lu 2013 (Knotek, thesis, (4.14)-(4.17), corrected)";
   static constexpr std::string_view assumptions = "y = (position, velocity); undirected and connected among the followers; no noise";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kGainMetrics;
+  static constexpr auto examine = examine_yu_consensus;
   static constexpr std::array parameters{ValueDoc{"alpha", "scalar", "1", "weight of the position, > 0"},
                                          ValueDoc{"beta", "scalar", "1", "weight of the velocity, > 0"},
                                          ValueDoc{"gamma", "scalar", "1", "weight of the velocity in the adaptation, > 0"},

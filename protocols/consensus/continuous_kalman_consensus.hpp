@@ -19,6 +19,7 @@
 /// (protocols/covariances.hpp), so x is what a double of unlimited range would give.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
 
 #include <cmath>
@@ -31,6 +32,7 @@ struct ContinuousKalmanConsensus {
   static constexpr std::string_view summary = "Kalman consensus in continuous time: everybody else is a measurement";
   static constexpr std::string_view source = "Ren, Beard, Kingston 2005, (1)-(3)";
   static constexpr std::string_view assumptions = "union over bounded windows has a spanning tree; dt short against 1 / the largest gain";
+  static constexpr auto examine = examine_continuous_kalman_consensus;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q that P_i grows by, per s"},
       ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0", "communication covariance Omega added to every P_j heard"},

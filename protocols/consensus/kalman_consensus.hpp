@@ -16,6 +16,7 @@
 /// x is what a double of unlimited range would give.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
 
 namespace consort {
@@ -27,6 +28,7 @@ struct KalmanConsensus {
   static constexpr std::string_view source = "Ren, Beard, Kingston 2005, (4)-(5)";
   static constexpr std::string_view assumptions =
       "union over bounded windows has a spanning tree; unbiased only if all have equally many listeners";
+  static constexpr auto examine = examine_kalman_consensus;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q added to P_i each round"},
       ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0", "communication covariance Omega added to every P_j heard"},

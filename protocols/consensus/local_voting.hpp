@@ -17,6 +17,8 @@
 /// A missing message is an absent term: the step of that round is shorter, nothing else.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/metrics.hpp"
+#include "protocols/consensus/theory.hpp"
 #include "protocols/sensing.hpp"
 
 #include <optional>
@@ -29,6 +31,8 @@ struct LocalVoting {
   static constexpr std::string_view summary = "every agent moves towards the values it hears; alone or steering a plant";
   static constexpr std::string_view source = "Knotek, thesis, (2.8)-(2.17), discrete time";
   static constexpr std::string_view assumptions = "spanning tree (over windows if switching); dt * largest weighted in-degree < 1";
+  static constexpr auto& metrics = kVotingMetrics;
+  static constexpr auto examine = examine_local_voting;
   static constexpr std::array<ValueDoc, 0> parameters{};
   static constexpr std::array initial{ValueDoc{
       "x", "vector n", "", "initial value x_i(0); with a plant: what stands in the record before the first measurement (default 0)"}};

@@ -25,6 +25,7 @@
 /// second time.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/theory.hpp"
 
 namespace consort {
 
@@ -34,6 +35,7 @@ struct RobustInformationConsensus {
   static constexpr std::string_view summary = "centralised estimate despite lost messages: running sums of information are exchanged";
   static constexpr std::string_view source = "Hadjicostis, Vaidya, Dominguez-Garcia 2016, Algorithm 1, on the information form";
   static constexpr std::string_view assumptions = "strongly connected, no switching; any loss below 1";
+  static constexpr auto examine = examine_robust_information_consensus;
   static constexpr std::array<ValueDoc, 0> parameters{};
   static constexpr std::array initial{
       ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},

@@ -15,6 +15,7 @@
 /// Y, it has an exponent of its own, so x is what a double of unlimited range would give.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
 
 namespace consort {
@@ -25,6 +26,7 @@ struct UnbiasedInformationConsensus {
   static constexpr std::string_view summary = "unbiased Kalman consensus in information form: what is known in total is preserved";
   static constexpr std::string_view source = "Alighanbari, How 2006, (11)-(12)";
   static constexpr std::string_view assumptions = "strongly connected in every round; no loss";
+  static constexpr auto examine = examine_unbiased_consensus;
   static constexpr std::array<ValueDoc, 0> parameters{};
   static constexpr std::array initial{
       ValueDoc{"x", "vector n", "", "initial estimate x_i(0)"},

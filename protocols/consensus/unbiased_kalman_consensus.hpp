@@ -15,6 +15,7 @@
 /// (protocols/covariances.hpp), so x is what a double of unlimited range would give.
 
 #include "protocols/adapter.hpp"
+#include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
 
 namespace consort {
@@ -25,6 +26,7 @@ struct UnbiasedKalmanConsensus {
   static constexpr std::string_view summary = "Kalman consensus with covariances scaled by out-degree: no bias (MDKC)";
   static constexpr std::string_view source = "Alighanbari, How 2006, (8)-(9)";
   static constexpr std::string_view assumptions = "strongly connected in every round; no loss; Omega = 0 for no bias";
+  static constexpr auto examine = examine_unbiased_consensus;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "0", "process covariance Q added to P_i each round"},
       ValueDoc{"Omega", "covariance n x n (scalar, diagonal or matrix)", "0",

@@ -14,6 +14,8 @@
 /// y_ij is not used in this round. Link noise disturbs that record only.
 
 #include "protocols/adapter.hpp"
+#include "protocols/control/metrics.hpp"
+#include "protocols/control/theory.hpp"
 #include "protocols/sensing.hpp"
 
 namespace consort {
@@ -25,6 +27,8 @@ struct MeasuredConsensus {
   static constexpr std::string_view assumptions =
       "single integrators, sensing: neighbours; spanning tree; dt * largest eigenvalue of L < 2";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kMeasuredMetrics;
+  static constexpr auto examine = examine_measured_consensus;
   static constexpr std::array<ValueDoc, 0> parameters{};
   static constexpr std::array initial{ValueDoc{"x", "vector n", "0", "what stands in the record before the first measurement"}};
 

@@ -19,8 +19,10 @@
 /// makes j visible. A missing message means that y_ij is not used in this round: its terms are absent from (7), (15) and (17), while the
 /// stationary Q_i* stays that of all in-neighbours. Link noise disturbs that record only.
 
-#include "core/minimum_energy.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/control/metrics.hpp"
+#include "protocols/control/minimum_energy.hpp"
+#include "protocols/control/theory.hpp"
 #include "protocols/sensing.hpp"
 
 namespace consort {
@@ -31,6 +33,8 @@ struct MinimumEnergyConsensus {
   static constexpr std::string_view source = "Zamani, Shames, Ugrinovskii 2014, (4)-(19)";
   static constexpr std::string_view assumptions = "single integrators, sensing: neighbours; strongly connected; dt below its bound";
   static constexpr bool needs_plant = true;
+  static constexpr auto& metrics = kMinimumEnergyMetrics;
+  static constexpr auto examine = examine_minimum_energy_consensus;
   static constexpr std::array parameters{
       ValueDoc{"R", "scalar", "1", "energy weight R = D^2 of the measurement errors, > 0"},
       ValueDoc{"G", "scalar", "1", "energy weight G of the neighbours' difference from oneself, > 0"},

@@ -18,6 +18,7 @@
 #include "core/math/riccati.hpp"
 #include "core/math/shapes.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/control/theory.hpp"
 #include "protocols/sensing.hpp"
 
 namespace consort {
@@ -28,6 +29,7 @@ struct StaticConsensus {
   static constexpr std::string_view source = "Knotek, thesis, (2.18)-(2.27)";
   static constexpr std::string_view assumptions = "(A, B) stabilisable and common; spanning tree; c >= 1 / (2 min Re lambda(L))";
   static constexpr bool needs_plant = true;
+  static constexpr auto examine = examine_static_consensus;
   static constexpr std::array parameters{
       ValueDoc{"c", "scalar", "", "coupling gain c > 0; (2.27) asks for at least 1 / (2 min Re lambda(L))"},
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "1", "weight Q of the state in the regulator"},

@@ -5,15 +5,17 @@
 ///     layer_i = 0 with an absolute position, else 1 + min layer_j over the sensing edges of i, either direction
 ///     i uses the edge with j if (layer_i, id_i) > (layer_j, id_j)
 ///
-/// Source: Huang, Jiang, Zhao, Cheng, Wu 2025, Algorithm 1 (DAGC), with its misprints mended; how it ends: core/acyclic_sensing.hpp.
+/// Source: Huang, Jiang, Zhao, Cheng, Wu 2025, Algorithm 1 (DAGC), with its misprints mended; how it ends:
+/// protocols/everybody/acyclic_graph.hpp.
 /// The plant is measured for whom an agent sees, nothing is steered.
 /// Assumes: sensing edges are communication edges in both directions; ids that differ; strongly connected.
 /// A missing message leaves what its sender said last; `patience` is how many rounds the news of a change may be late. Link noise disturbs
 /// nothing.
 
-#include "core/acyclic_sensing.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/everybody/acyclic_graph.hpp"
 #include "protocols/everybody/relative_sensing.hpp"
+#include "protocols/everybody/theory.hpp"
 
 namespace consort {
 
@@ -23,6 +25,7 @@ struct AcyclicSensingGraph {
   static constexpr std::string_view source = "Huang, Jiang, Zhao, Cheng, Wu 2025, Algorithm 1";
   static constexpr std::string_view assumptions = "sensing edges are communication edges both ways; unique ids; strongly connected";
   static constexpr bool needs_plant = true;
+  static constexpr auto examine = examine_acyclic_sensing;
   static constexpr std::array parameters{
       ValueDoc{"id", "scalar", "the agent's number", "unique id, a whole number from 1"},
       ValueDoc{"patience", "scalar", "0", "rounds that news may be late before layers count as final; for links that lose"}};

@@ -50,7 +50,7 @@ EverybodyDesign::EverybodyDesign(const Values& parameters, const Setup& setup, s
       own(known_model(setup.model, parameters, setup.agents, who)),
       weights(consensus_weights(parameters)),
       mu(coupling_gain(parameters, setup.agents, own.A, who)),
-      inputs_known(parameters.scalar("inputs", 0.0) == 0.0),
+      inputs_known(consort::inputs_known(parameters)),
       scheme(sampled_scheme(parameters)),
       patience(patience_of(parameters, who)) {
   check(slot >= n(), "the largest state of all agents is at least an agent's own");

@@ -17,8 +17,8 @@
 /// m the agreed maximum of agents; then all terms of j vanish. In round 0, where nobody has heard of anybody, an agent takes up everybody
 /// that it has been told of, at zero; whoever is not heard of within that time is forgotten again.
 
-#include "core/observer_design.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/everybody/observer_design.hpp"
 
 #include <algorithm>
 #include <optional>

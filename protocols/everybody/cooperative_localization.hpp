@@ -9,17 +9,19 @@
 /// publication has mu = 1. A measurement of j is y_ij = C (x_j - x_i), estimated C (hat_j^(i) - bar_i); an absolute one is -C x_i (25). So
 /// F_i, n x p and the same for every measurement of i, is negative: F_3 and F_2 as printed belong to an edge that changed its direction
 /// without its sign, and to the graph before DAGC. In (31) K = [b3, b4], not [b2, b4].
-/// Which measurements i uses DAGC decides (core/acyclic_sensing.hpp), in the same messages. Until it has ended, and while it runs again
-/// after a change, only absolute measurements are used: nothing that could be cyclic. A measurement that the other end takes travels in its
-/// message, with its sign turned. Weights, mu, sampled scheme, joins and leaves: protocols/everybody/base.hpp.
+/// Which measurements i uses DAGC decides (protocols/everybody/acyclic_graph.hpp), in the same messages. Until it has ended, and while it
+/// runs again after a change, only absolute measurements are used: nothing that could be cyclic. A measurement that the other end takes
+/// travels in its message, with its sign turned. Weights, mu, sampled scheme, joins and leaves: protocols/everybody/base.hpp.
 /// Assumes: sensing edges are communication edges in both directions; Theorem 4.15: an absolute position within reach of everybody over
 /// sensing edges, and strongly connected communication.
 /// A missing message is an absent term in every sum, and a measurement that did not arrive is not used. Link noise disturbs the estimates
 /// that are sent, not the measurements.
 
-#include "core/acyclic_sensing.hpp"
+#include "protocols/everybody/acyclic_graph.hpp"
 #include "protocols/everybody/base.hpp"
+#include "protocols/everybody/metrics.hpp"
 #include "protocols/everybody/relative_sensing.hpp"
+#include "protocols/everybody/theory.hpp"
 
 namespace consort {
 
@@ -30,6 +32,8 @@ struct CooperativeLocalization {
   static constexpr std::string_view assumptions = "Theorem 4.15; sensing edges are communication edges both ways";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::everybody;
+  static constexpr auto& metrics = kObserverMetrics<ObserverTask::localise>;
+  static constexpr auto examine = examine_cooperative_localization;
   static constexpr auto parameters =
       with_everybody(std::array{ValueDoc{"F", "matrix n x p (or its diagonal, or one number)", "", "gain of each measurement; negative"},
                                 ValueDoc{"id", "scalar", "the agent's number", "unique id for ties in DAGC, a whole number from 1"}});

@@ -15,6 +15,8 @@
 /// is forgotten, and its terms A_jl, C_il vanish with it. Link noise disturbs the estimates that are sent.
 
 #include "protocols/everybody/base.hpp"
+#include "protocols/everybody/metrics.hpp"
+#include "protocols/everybody/theory.hpp"
 
 namespace consort {
 
@@ -25,6 +27,8 @@ struct DistributedObserver {
   static constexpr std::string_view assumptions = "(A_ii, C_ii) observable; acyclic couplings; strongly connected; mu above (13)";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::everybody;
+  static constexpr auto& metrics = kObserverMetrics<ObserverTask::observe>;
+  static constexpr auto examine = examine_distributed_observer;
   static constexpr auto parameters =
       with_everybody(std::array{ValueDoc{"F", "matrix n x p (or its diagonal, or one number)", "", "gain F_i: A_ii - F_i C_ii is stable"}});
   static constexpr std::array initial{ValueDoc{"x", "vector n", "0", "what the agent takes itself for at its start"}};

@@ -4,9 +4,9 @@
 
 #include "core/counted.hpp"
 #include "core/math/discretise.hpp"
-#include "core/observers.hpp"
-#include "protocols/adaptive/gains.hpp"
-#include "protocols/protocol.hpp"
+#include "models/registry.hpp"
+#include "protocols/filters/estimator_network.hpp"
+#include "protocols/parameters.hpp"
 
 #include <string>
 
@@ -24,7 +24,7 @@ inline ObservedPlant observed_plant(std::string_view who, const Setup& setup) {
   const std::string place = "protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value);
   const Matrix* A = setup.model.find("A");
   if (A == nullptr)
-    throw ConfigError(place + " is not told how the plant moves; allowed: a plant with matrices A and C, such as shared_linear");
+    throw ConfigError(place + " is not told how the plant moves; allowed: a plant with matrices A and C, " + shared_plants());
   const Matrix* C = setup.model.find("C");
   const std::size_t outputs = C == nullptr ? 0 : static_cast<std::size_t>(C->rows());
   if (outputs != setup.measurement_size)
@@ -41,13 +41,6 @@ inline Vector initial_estimate(std::string_view who, const Setup& setup, Eigen::
     throw ConfigError("protocol " + std::string(who) + ": agent " + std::to_string(setup.self.value) + ": found an initial x of length " +
                       std::to_string(x.size()) + "; allowed: the length of the plant's state, " + std::to_string(n));
   return x;
-}
-
-/// A parameter that is 0 or 1. Throws ConfigError.
-inline bool flag(std::string_view who, const Values& values, std::string_view name) {
-  const double value = values.scalar(name, 0.0);
-  if (value == 0.0 || value == 1.0) return value == 1.0;
-  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + std::to_string(value) + "; allowed: 0 or 1");
 }
 
 /// Of what a filter is made.

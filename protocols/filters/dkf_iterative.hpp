@@ -19,6 +19,7 @@
 #include "core/math/decompositions.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/filters/base.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -29,6 +30,7 @@ struct DkfIterative {
   static constexpr std::string_view assumptions = "one plant seen by all; undirected, connected; (A, C) detectable with those of J_i";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_dkf_iterative;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "", "covariance that the process noise adds in a round"},
       ValueDoc{"R", "covariance p x p (scalar, diagonal or matrix)", "",

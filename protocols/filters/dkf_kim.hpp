@@ -6,10 +6,10 @@
 ///     P_i'    = A P_i + P_i A' + Q - P_i C_i'R_i^-1 C_i P_i + k sum_j w_ij (P_j - P_i)                                         (3.7c)
 ///
 /// Source: Kim et al. as printed in Knotek, thesis, (3.7). R in its (3.7b) is R_i; the transpose in (3.7c) is lost in its text.
-/// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be. With the P_j heard held over
-/// the round, (3.7c) is the Riccati equation of A - (k d_i / 2) I with process noise Q + k sum_j w_ij P_j and moves without an error of
-/// integration (protocols/filters/riccati_step.hpp), stably for large k, whose eigenvalues k d_i an explicit method has to resolve; what
-/// is stationary for (3.7c) is stationary here.
+/// x is corrected and predicted in rounds (protocols/filters/estimator_network.hpp); `consort validate` says how long they may be. With the
+/// P_j heard held over the round, (3.7c) is the Riccati equation of A - (k d_i / 2) I with process noise Q + k sum_j w_ij P_j and moves
+/// without an error of integration (protocols/filters/riccati_step.hpp), stably for large k, whose eigenvalues k d_i an explicit method has
+/// to resolve; what is stationary for (3.7c) is stationary here.
 /// P_i is not the covariance of the error: it leaves out how errors correlate, and averaging it is a rule, not an inference.
 /// Assumes: undirected connected graph; (A, C) of all together detectable; gamma large enough.
 /// A missing message is an absent term in both sums for that round. A late xhat_j is moved on with the plant, a late P_j taken as it is.
@@ -18,6 +18,7 @@
 #include "protocols/adapter.hpp"
 #include "protocols/filters/base.hpp"
 #include "protocols/filters/riccati_step.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -28,6 +29,7 @@ struct DkfKim {
   static constexpr std::string_view assumptions = "one plant seen by all; undirected, connected; (A, C) detectable; gamma large enough";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_dkf_kim;
   static constexpr std::array parameters =
       joined(kFilterParameters, std::array{ValueDoc{"gamma", "scalar", "", "coupling gain of the estimates, 1 / (unit of x^2 s), > 0"},
                                            ValueDoc{"k", "scalar", "", "coupling gain of the covariances, 1/s, >= 0"}});

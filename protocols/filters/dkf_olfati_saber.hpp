@@ -8,12 +8,11 @@
 /// `aggregated: 1` (Remark 4): C_i, R_i, y_i are those of all of J_i = {i} and the in-neighbours. They arrive as u_j = C_j'R_j^-1 y_j and
 /// U_j = C_j'R_j^-1 C_j, which add up; without it the message is xhat_j alone.
 /// Source: Olfati-Saber et al. as printed in Knotek, thesis, (3.6) and Remark 4; the transpose in (3.6c) is lost in its text.
-/// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be: a large gamma makes
-/// neighbours jump to each other's estimates, which never meet on an even ring. P_i moves through a round without an error of integration
-/// (protocols/filters/riccati_step.hpp).
-/// P_i is not the covariance of the error: (3.6c) knows nothing of what the neighbours contribute, nor that errors are correlated through
-/// the common process noise and the coupling. P_i is what the agent would have alone (with aggregated measurements: with those alone), so
-/// the error is usually smaller than P_i says and its NEES lies below its bounds.
+/// x is corrected and predicted in rounds (protocols/filters/estimator_network.hpp); `consort validate` says how long they may be: a large
+/// gamma makes neighbours jump to each other's estimates, which never meet on an even ring. P_i moves through a round without an error of
+/// integration (protocols/filters/riccati_step.hpp). P_i is not the covariance of the error: (3.6c) knows nothing of what the neighbours
+/// contribute, nor that errors are correlated through the common process noise and the coupling. P_i is what the agent would have alone
+/// (with aggregated measurements: with those alone), so the error is usually smaller than P_i says and its NEES lies below its bounds.
 /// Assumes: undirected connected graph; gamma large enough; (A, C_i) detectable for every i: else P_i grows without bound.
 /// A missing message is an absent term for that round, in the sum over neighbours and among the aggregated measurements. A late xhat_j is
 /// moved on with the plant; a late measurement is not used. Weights scale the coupling, not the measurements. Link noise disturbs xhat_j.
@@ -22,6 +21,7 @@
 #include "protocols/adapter.hpp"
 #include "protocols/filters/base.hpp"
 #include "protocols/filters/riccati_step.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -32,6 +32,7 @@ struct DkfOlfatiSaber {
   static constexpr std::string_view assumptions = "one plant seen by all; undirected, connected; (A, C_i) detectable; gamma large enough";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_dkf_olfati_saber;
   static constexpr std::array parameters =
       joined(kFilterParameters, std::array{ValueDoc{"gamma", "scalar", "", "coupling gain, 1 / (unit of x^2 s), > 0"},
                                            ValueDoc{"aggregated", "0 or 1", "0", "1: filter with the in-neighbours' measurements too"}});

@@ -9,13 +9,14 @@
 ///
 /// Source: Kim et al. as printed in Knotek, thesis, (3.9)-(3.12). It leaves L_io open as long as A_io - L_io C_io is stable: here it is the
 /// gain of the stationary Kalman-Bucy filter for noise of intensities Q and R.
-/// x is corrected and predicted in rounds (core/observers.hpp); `consort validate` says how long they may be: a large gamma makes
-/// neighbours jump to each other's estimates, which never meet on an even ring.
+/// x is corrected and predicted in rounds (protocols/filters/estimator_network.hpp); `consort validate` says how long they may be: a large
+/// gamma makes neighbours jump to each other's estimates, which never meet on an even ring.
 /// Assumes: no noise; undirected connected graph; (A, C) of all together detectable; gamma and k_i large enough.
 /// A missing message is an absent term in the sum for that round; a late xhat_j is moved on with the plant. w_ij is the weight of the edge.
 /// Link noise disturbs xhat_j. An agent without a sensor follows its neighbours with gain gamma.
 
 #include "protocols/filters/luenberger_base.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -26,6 +27,7 @@ struct DloKim : LuenbergerObserver {
   static constexpr std::string_view assumptions = "one plant seen by all; undirected, connected; (A, C) detectable; gamma, k large enough";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_dlo_kim;
   static constexpr std::array parameters = joined(std::array{ValueDoc{"gamma", "scalar", "", "coupling gain, 1/s, > 0"},
                                                              ValueDoc{"k", "scalar", "1", "k_i, weight of the part the agent sees, > 0"}},
                                                   design);

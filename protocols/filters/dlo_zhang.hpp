@@ -10,14 +10,15 @@
 /// Source: Zhang et al. as printed in Knotek, thesis, (3.13)-(3.16). State groups A_j are the blocks of A, found from its zeros; T_i sorts
 /// them. L_io, which the source leaves open, is the gain of the stationary Kalman-Bucy filter for noise of intensities Q and R.
 /// c = c_j for all groups; `coupling_Q` and `coupling_R` hold Q_j and R_j as blocks.
-/// x is corrected and predicted in rounds (core/observers.hpp), for large c stably unless those who do not see a group hear each other in a
-/// circle.
-/// Assumes: no noise; A block diagonal; a group that C_i touches is seen whole (Assumption 5, else the protocol refuses it); every group
-/// is seen by somebody from whom a path leads to everybody who does not see it (Assumptions 6, 7); c large enough.
+/// x is corrected and predicted in rounds (protocols/filters/estimator_network.hpp), for large c stably unless those who do not see a group
+/// hear each other in a circle.
+/// Assumes: no noise; A block diagonal; a group that C_i touches is seen whole (Assumption 5, else the protocol refuses it); every group is
+/// seen by somebody from whom a path leads to everybody who does not see it (Assumptions 6, 7); c large enough.
 /// A missing message is an absent term in the sum for that round; a late xhat_j is moved on with the plant. w_ij is the weight of the edge.
 /// Link noise disturbs xhat_j. An agent without a sensor takes over everything.
 
 #include "protocols/filters/luenberger_base.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -29,6 +30,7 @@ struct DloZhang : LuenbergerObserver {
       "one plant seen by all, A block diagonal; who sees a group reaches all others; c large enough";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_dlo_zhang;
   static constexpr std::array parameters =
       joined(joined(std::array{ValueDoc{"c", "scalar", "", "coupling gain, > 0"}}, design),
              std::array{ValueDoc{"coupling_Q", "covariance n x n (scalar, diagonal or matrix)", "1", "Q_j of (3.16), > 0, as blocks"},

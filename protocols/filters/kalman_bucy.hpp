@@ -19,6 +19,7 @@
 #include "protocols/adapter.hpp"
 #include "protocols/filters/base.hpp"
 #include "protocols/filters/riccati_step.hpp"
+#include "protocols/filters/theory.hpp"
 
 namespace consort {
 
@@ -30,6 +31,7 @@ struct KalmanBucy {
       "one plant seen by all; (A, C) detectable with the measurements of i and its in-neighbours";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto examine = examine_kalman_bucy;
   static constexpr std::array parameters = kFilterParameters;
   static constexpr std::array initial = kFilterInitial;
   static constexpr std::array estimate_values = kFilterEstimate;

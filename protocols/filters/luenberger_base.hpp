@@ -1,11 +1,11 @@
 #pragma once
 /// The distributed Luenberger observer, whatever its gains: x_i' = A x_i + L_i (y_i - C_i x_i) + F_i sum_j w_ij (x_j - x_i), in rounds by
-/// correcting and predicting (core/observers.hpp).
+/// correcting and predicting (protocols/filters/estimator_network.hpp).
 
-#include "core/luenberger.hpp"
 #include "core/math/decompositions.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/filters/base.hpp"
+#include "protocols/luenberger.hpp"
 
 namespace consort {
 

@@ -27,9 +27,11 @@
 
 #include "core/counted.hpp"
 #include "core/math/discretise.hpp"
-#include "core/sensor_network.hpp"
 #include "protocols/adapter.hpp"
+#include "protocols/sensor_network/design.hpp"
 #include "protocols/sensor_network/flooding.hpp"
+#include "protocols/sensor_network/metrics.hpp"
+#include "protocols/sensor_network/theory.hpp"
 
 namespace consort {
 
@@ -40,6 +42,8 @@ struct SensorNetworkObserver {
   static constexpr std::string_view assumptions = "one shared linear plant, every state group seen by a leader; leaders strongly connected";
   static constexpr bool needs_plant = true;
   static constexpr Truth truth = Truth::state;
+  static constexpr auto& metrics = kNetworkMetrics;
+  static constexpr auto examine = examine_sensor_network;
   static constexpr std::array parameters{
       ValueDoc{"Q", "covariance n x n (scalar, diagonal or matrix)", "1", "intensity Omega of the plant's process noise, > 0"},
       ValueDoc{"R", "covariance p x p (scalar, diagonal or matrix)", "1", "intensity Xi_i of the own sensor's noise, > 0"},

@@ -2,7 +2,7 @@
 /// The fixtures of the adaptive protocols: positions 10 sin(i^2) m for the publication's random draw from [-10, 10], at rest, rings, double
 /// integrators, and how a run of them went.
 
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 #include "tests/support/seeds_data.hpp"

@@ -1,6 +1,6 @@
 // Experiments whose whole outcome is on file. CONSORT_REWRITE_GOLDEN=1 writes the files anew; read the difference before keeping it.
 
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/runs.hpp"
 #include "tests/support/seeds_data.hpp"

@@ -1,7 +1,7 @@
 // Huang, Jiang, Zhao, Cheng, Wu 2025: fully distributed state estimation, and cooperative localisation.
 
 #include "core/math/discretise.hpp"
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/huang_experiments.hpp"
 #include "tests/support/observed_systems.hpp"

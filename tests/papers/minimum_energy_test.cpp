@@ -1,8 +1,8 @@
 // Zamani, Shames, Ugrinovskii, "Minimum-energy distributed consensus of uncertain agents", 2014.
 
-#include "core/minimum_energy.hpp"
+#include "protocols/control/minimum_energy.hpp"
 #include "core/math/lyapunov.hpp"
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 #include "tests/support/seeds_data.hpp"

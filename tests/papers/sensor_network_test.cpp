@@ -1,8 +1,8 @@
 // Knotek's thesis, section 3.6: the clamped beam observed by six agents, run by simulate().
 
-#include "core/metrics/metrics.hpp"
-#include "core/metrics_sensor_network.hpp"
+#include "protocols/metrics.hpp"
 #include "models/physics.hpp"
+#include "protocols/sensor_network/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/beam_network.hpp"
 #include "tests/support/experiments.hpp"

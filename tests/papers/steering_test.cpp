@@ -2,7 +2,7 @@
 
 #include "core/math/decompositions.hpp"
 #include "core/math/riccati.hpp"
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 #include "tests/support/seeds_data.hpp"

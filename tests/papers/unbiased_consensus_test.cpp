@@ -1,6 +1,6 @@
 // Alighanbari, How, "An unbiased Kalman consensus algorithm", ACC 2006.
 
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "protocols/consensus/kalman_consensus.hpp"
 #include "protocols/consensus/unbiased_information_consensus.hpp"
 #include "protocols/consensus/unbiased_kalman_consensus.hpp"

@@ -1,7 +1,7 @@
 #include "rounds/simulate.hpp"
 
 #include "core/errors.hpp"
-#include "core/metrics/metrics.hpp"
+#include "protocols/metrics.hpp"
 #include "core/stop.hpp"
 #include "tests/support/runs.hpp"
 #include "tests/support/seeds_data.hpp"

@@ -1,9 +1,9 @@
 #pragma once
 /// The clamped beam of Knotek's thesis, section 3.6, as sensors, noises and graph of its example.
 
-#include "core/beam.hpp"
-#include "core/sensor_network.hpp"
-#include "core/sensor_network_errors.hpp"
+#include "models/beam_modes.hpp"
+#include "protocols/sensor_network/design.hpp"
+#include "protocols/sensor_network/errors.hpp"
 
 #include <vector>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// The systems of Huang et al. 2025, section 5, with the graphs it leaves to figures chosen (fixtures): as whole systems, for theory.
 
-#include "core/acyclic_sensing.hpp"
-#include "core/observer.hpp"
+#include "protocols/everybody/acyclic_graph.hpp"
+#include "protocols/everybody/observed_system.hpp"
 
 #include <initializer_list>
 #include <utility>

@@ -1,7 +1,7 @@
 #pragma once
 /// Random systems that satisfy the assumptions of the distributed observer.
 
-#include "core/observer.hpp"
+#include "protocols/everybody/observed_system.hpp"
 
 #include <vector>
 

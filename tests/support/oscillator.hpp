@@ -3,7 +3,7 @@
 /// oscillators of which the agents see the first, the second, both and nothing.
 
 #include "core/network/graph.hpp"
-#include "core/observers.hpp"
+#include "protocols/filters/estimator_network.hpp"
 
 #include <cmath>
 #include <vector>

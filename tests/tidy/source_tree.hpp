@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace consort::tidy {
@@ -37,10 +38,15 @@ inline std::size_t characters(std::string_view line) {
   return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), begins));
 }
 
-/// C++ text with comments, string and character literals blanked out; line breaks stay, so line numbers do too.
-inline std::string code_of(std::string_view text) {
+/// C++ text with comments, string and character literals blanked out; line breaks stay, so line numbers do too. `strings`: gets what was
+/// blanked out of literals, quotes and all, and where it began.
+inline std::string code_of(std::string_view text, std::vector<std::pair<std::size_t, std::string>>* strings = nullptr) {
   std::string code(text);
   std::size_t at = 0;
+  const auto keep = [&](std::size_t end) {
+    if (strings != nullptr) strings->emplace_back(at, text.substr(at, end - at));
+    return end;
+  };
   const auto blank_to = [&](std::size_t end) {
     for (end = std::min(end, code.size()); at < end; ++at)
       if (code[at] != '\n') code[at] = ' ';
@@ -63,9 +69,9 @@ inline std::string code_of(std::string_view text) {
       blank_to(after("*/", at));
     } else if (rest.starts_with("R\"") && !in_word) {
       const std::string delimiter(text.substr(at + 2, text.find('(', at) - at - 2));
-      blank_to(after(")" + delimiter + "\"", at));
+      blank_to(keep(after(")" + delimiter + "\"", at)));
     } else if (text[at] == '"' || (text[at] == '\'' && !in_word)) {  // a quote inside a word separates digits
-      blank_to(literal_end(text[at]));
+      blank_to(keep(literal_end(text[at])));
     } else {
       ++at;
     }

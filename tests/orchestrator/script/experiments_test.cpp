@@ -2,7 +2,7 @@
 #include "orchestrator/report/results.hpp"
 #include "orchestrator/run/run.hpp"
 #include "orchestrator/script/script.hpp"
-#include "orchestrator/theory/theory.hpp"
+#include "protocols/theory.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/tree.hpp"
 

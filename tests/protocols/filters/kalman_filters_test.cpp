@@ -3,7 +3,7 @@
 #include "core/errors.hpp"
 #include "core/math/decompositions.hpp"
 #include "core/math/schur.hpp"
-#include "core/observers.hpp"
+#include "protocols/filters/estimator_network.hpp"
 #include "tests/support/observing_agents.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -126,7 +126,7 @@ Vector errors(const ObservingAgents& agents, Eigen::Index n) {
 }
 /// From stationary covariances P, ten seconds of rounds are ten seconds of the error matrix at these gains.
 void expect_error_matrix(ObservingAgents::Settings settings, const std::vector<Matrix>& P, const std::vector<Matrix>& U, double stated) {
-  ObserverNetwork network{settings.A, {}, {}};
+  EstimatorNetwork network{settings.A, {}, {}};
   for (std::size_t i = 0; i < 4; ++i) {
     Values initial;
     initial.set("P", P[i]);

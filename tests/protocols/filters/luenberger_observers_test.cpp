@@ -1,9 +1,9 @@
 // Knotek, thesis, (3.9)-(3.16): agents that each see a part of one plant.
 
 #include "core/errors.hpp"
-#include "core/luenberger.hpp"
 #include "core/math/schur.hpp"
-#include "core/observers.hpp"
+#include "protocols/filters/estimator_network.hpp"
+#include "protocols/luenberger.hpp"
 #include "tests/support/observing_agents.hpp"
 #include "tests/support/oscillator.hpp"
 
@@ -34,7 +34,7 @@ TEST(LuenbergerObservers, ErrorsFollowTheErrorMatrixWithTheStatedAbscissa) {
   for (const auto& [protocol, stated] : {std::pair{"dlo_kim", -.233679}, std::pair{"dlo_zhang", -.608967}}) {
     SCOPED_TRACE(protocol);
     const bool kim = protocol == std::string("dlo_kim");
-    ObserverNetwork network{A, {}, {}};
+    EstimatorNetwork network{A, {}, {}};
     for (const Matrix& C : oscillator::two_seen()) {
       const Matrix R = C.rows() == 0 ? Matrix(0, 0) : one;
       const ObserverGains gains = kim ? kim_gains(A, C, I, R, 8, 1) : zhang_gains(A, C, I, R, 5, I, I);

@@ -1,8 +1,8 @@
 #include "protocols/filters/riccati_step.hpp"
 
 #include "core/errors.hpp"
-#include "core/observers.hpp"
 #include "core/random.hpp"
+#include "protocols/filters/estimator_network.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/oscillator.hpp"
 

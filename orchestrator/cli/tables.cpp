@@ -1,0 +1,168 @@
+#include "orchestrator/cli/tables.hpp"
+
+#include "models/registry.hpp"
+#include "orchestrator/report/terminal.hpp"
+#include "orchestrator/script/topology.hpp"
+#include "protocols/metrics.hpp"
+#include "protocols/registry.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cctype>
+
+namespace consort {
+namespace {
+
+constexpr std::size_t kWidth = 120;
+
+using Json = nlohmann::ordered_json;
+
+// --- Markdown -------------------------------------------------------------------------------------------------------------
+
+/// `<agent>` is no tag, and `*` no emphasis.
+std::string plain(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<' || c == '*') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+std::string with_capital(std::string text) {
+  if (!text.empty()) text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::string point(const std::string& text) {
+  std::string out;
+  for (const std::string& line : wrapped(text, kWidth - 2)) out += (out.empty() ? "- " : "  ") + line + "\n";
+  return out;
+}
+
+std::string given(std::string_view kind, std::span<const ValueDoc> docs) {
+  std::string out;
+  for (const ValueDoc& doc : docs) {
+    const std::string standard = doc.fallback.empty() ? "required" : "default " + plain(doc.fallback);
+    out += point(fmt::format("{} `{}`: {}; {} ({})", kind, doc.name, plain(doc.meaning), plain(doc.shape), standard));
+  }
+  return out;
+}
+
+std::string told(std::string_view kind, std::span<const ValueDoc> docs) {
+  std::string out;
+  for (const ValueDoc& doc : docs) out += point(fmt::format("{} `{}`: {}; {}", kind, doc.name, plain(doc.meaning), plain(doc.shape)));
+  return out;
+}
+
+std::string heading(std::string_view name, std::string_view summary) {
+  std::string out = fmt::format("### `{}`\n\n", name);
+  for (const std::string& line : wrapped(with_capital(plain(summary)) + ".", kWidth)) out += line + "\n";
+  return out + "\n";
+}
+
+std::string text_of(const ProtocolEntry& entry) {
+  std::string out = heading(entry.name, entry.summary) + point("Source: " + plain(entry.source) + ".") +
+                    point("Assumes: " + plain(entry.assumptions) + ".") + given("parameter", entry.parameters) +
+                    given("initial", entry.initial) + told("estimate", entry.estimate) + told("recorded", entry.recorded);
+  std::string metrics;
+  for (const MetricEntry& metric : entry.metrics) metrics += fmt::format("{}`{}`", metrics.empty() ? "" : ", ", metric.name);
+  return metrics.empty() ? out : out + point("metrics " + metrics);
+}
+
+std::string text_of(const PlantEntry& entry) {
+  return heading(entry.name, entry.summary) + given("parameter", entry.parameters) + given("initial", entry.initial) +
+         given("coupling", entry.couplings);
+}
+
+template <class Table>
+std::string sections(const Table& table) {
+  std::string out;
+  for (const auto& entry : table) out += (out.empty() ? "" : "\n") + text_of(entry);
+  return out;
+}
+
+// --- the schema -----------------------------------------------------------------------------------------------------------
+
+std::string sentence(const ValueDoc& doc) { return fmt::format("{}. Default: {}.", with_capital(std::string(doc.meaning)), doc.fallback); }
+
+/// Definitions of the words of choices, and (`properties`) where each parameter's definition is found: `number` where it is no choice.
+void add_parameters(std::span<const ValueDoc> docs, const Json& number, Json& definitions, Json& properties) {
+  for (const ValueDoc& doc : docs) {
+    const std::string name(doc.name);
+    const std::vector<std::string> words = choices_of(doc);
+    if (words.empty()) {
+      if (!properties.contains(name)) properties[name] = number;
+      continue;
+    }
+    properties[name] = {{"$ref", "#/definitions/words_of_" + name}};
+    std::string title = with_capital(name);
+    std::replace(title.begin(), title.end(), '_', ' ');
+    definitions["words_of_" + name] = {
+        {"title", title}, {"description", sentence(doc)}, {"enum", words}, {"default", doc.fallback}, {"examples", {words.back()}}};
+  }
+}
+
+template <class Table>
+Json names_of(const Table& table, std::string_view what) {
+  Json names = Json::array();
+  for (const auto& entry : table) names.push_back(entry.name);
+  return {{"title", fmt::format("{} name", what == "protocols" ? "Protocol" : "Model")},
+          {"description", fmt::format("As in `consort list {}`.", what)},
+          {"anyOf", {{{"enum", names}}, {{"type", "string"}}}},
+          {"examples", {names.front()}}};
+}
+
+/// A name, or a mapping with it and parameters.
+Json choice_of(const char* title, const char* description, const Json& name, const Json& parameters, const Json& number) {
+  Json properties{{"name", name}};
+  properties.update(parameters);
+  const Json mapping{{"type", "object"}, {"required", {"name"}}, {"properties", properties}, {"additionalProperties", number}};
+  return {{"title", title}, {"description", description}, {"oneOf", {name, mapping}}};
+}
+
+Json reference(const char* definition) { return {{"$ref", fmt::format("#/definitions/{}", definition)}}; }
+
+}  // namespace
+
+std::string markdown_of(std::string_view what) {
+  if (what == "protocols") return sections(protocol_table());
+  if (what == "plants") return sections(plant_table());
+  std::string out;
+  if (what == "topologies")
+    for (const TopologyEntry& entry : topology_table())
+      out += point(fmt::format("`{}`: {}: `{}`", entry.name, plain(entry.summary), entry.form));
+  else
+    for (const MetricEntry& entry : metric_table()) out += point(fmt::format("`{}`: {}", entry.name, plain(entry.summary)));
+  return out;
+}
+
+std::string schema_of_tables() {
+  const Json number = reference("parameter"), number_of_model = reference("value");
+  Json words = Json::object(), of_protocols = Json::object(), of_models = Json::object();
+  for (const ProtocolEntry& entry : protocol_table()) add_parameters(entry.parameters, number, words, of_protocols);
+  for (const PlantEntry& entry : plant_table()) add_parameters(entry.parameters, number_of_model, words, of_models);
+  Json definitions;
+  definitions["protocol"] = choice_of(
+      "Protocol", "The algorithm every agent runs: its name, or a mapping with its name and parameters (`consort list protocols`).",
+      reference("protocol_name"), of_protocols, number);
+  definitions["protocol_name"] = names_of(protocol_table(), "protocols");
+  definitions["model"] =
+      choice_of("Model", "How the plant moves: a model's name, or a mapping with its name and parameters (`consort list plants`).",
+                reference("plant_name"), of_models, number_of_model);
+  definitions["plant_name"] = names_of(plant_table(), "plants");
+  definitions["protocol"]["examples"] = definitions["protocol_name"]["examples"];
+  definitions["model"]["examples"] = definitions["plant_name"]["examples"];
+  definitions.update(words);
+  std::string out;
+  for (const auto& [name, definition] : definitions.items()) {
+    std::string text = Json(name).dump() + ": " + definition.dump(2);
+    for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 1)) text.insert(at + 1, 4, ' ');
+    out += "    " + text + ",\n";
+  }
+  return out;
+}
+
+}  // namespace consort
