@@ -9,7 +9,7 @@ SOURCES = git ls-files '*.cpp' '*.hpp'
 FILES ?= $$(git ls-files '*.cpp' ':!tests')
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments soak bench fuzz docs format format-check tidy cppcheck lint hooks clean
+.PHONY: help setup configure build run test experiments soak bench fuzz docs tables format format-check tidy cppcheck lint hooks clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
@@ -19,6 +19,7 @@ help:
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
 	@echo 'make fuzz     set up clang, build the fuzzers, run each for FUZZ_SECONDS ($(FUZZ_SECONDS)); what they find is in build/fuzz'
 	@echo 'make docs     set up mkdocs, make the site of README, guide and docs in build/site'
+	@echo 'make tables   set up, build, renew what guide and schema say of protocols, plants and metrics'
 	@echo 'make build    set up and build only'
 	@echo 'make format   format the sources in place'
 	@echo 'make lint     check formatting, clang-tidy, cppcheck'
@@ -88,6 +89,11 @@ endif
 	  0*.md >index.md
 	@mkdocs build --quiet
 	@echo 'build/site/index.html'
+
+# What the tables of protocols, plants and metrics say, into the guide's pages and the schema.
+tables: setup configure
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort
+	@docs/renew-tables.sh $(BUILD)/bin/consort
 
 format:
 	@$(SOURCES) | xargs clang-format -i

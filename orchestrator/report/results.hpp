@@ -3,9 +3,9 @@
 
 #include "core/errors.hpp"
 #include "core/metrics/divergence.hpp"
-#include "protocols/metrics.hpp"
 #include "orchestrator/run/run.hpp"
 #include "orchestrator/script/criteria.hpp"
+#include "protocols/metrics.hpp"
 
 #include <ctime>
 #include <filesystem>

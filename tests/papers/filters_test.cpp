@@ -1,7 +1,7 @@
 // Knotek, thesis, section 3.1: the estimators of the literature in whole runs, with noise.
 
-#include "protocols/metrics.hpp"
 #include "protocols/filters/estimator_network.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/experiments.hpp"
 #include "tests/support/oscillator.hpp"

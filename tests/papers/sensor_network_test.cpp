@@ -1,7 +1,7 @@
 // Knotek's thesis, section 3.6: the clamped beam observed by six agents, run by simulate().
 
-#include "protocols/metrics.hpp"
 #include "models/physics.hpp"
+#include "protocols/metrics.hpp"
 #include "protocols/sensor_network/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/beam_network.hpp"

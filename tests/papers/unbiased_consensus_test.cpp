@@ -1,9 +1,9 @@
 // Alighanbari, How, "An unbiased Kalman consensus algorithm", ACC 2006.
 
-#include "protocols/metrics.hpp"
 #include "protocols/consensus/kalman_consensus.hpp"
 #include "protocols/consensus/unbiased_information_consensus.hpp"
 #include "protocols/consensus/unbiased_kalman_consensus.hpp"
+#include "protocols/metrics.hpp"
 #include "rounds/simulate.hpp"
 #include "tests/support/direct.hpp"
 #include "tests/support/runs.hpp"

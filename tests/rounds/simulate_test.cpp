@@ -1,8 +1,8 @@
 #include "rounds/simulate.hpp"
 
 #include "core/errors.hpp"
-#include "protocols/metrics.hpp"
 #include "core/stop.hpp"
+#include "protocols/metrics.hpp"
 #include "tests/support/runs.hpp"
 #include "tests/support/seeds_data.hpp"
 

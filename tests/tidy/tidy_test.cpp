@@ -269,7 +269,6 @@ const std::map<std::string, std::string>& long_files() {
       {"idl/codec.cpp", "every type of the wire, out and in, one below the other"},
       {"idl/wire.cpp", "every topic's reader and writer, one below the other"},
       {"orchestrator/cli/doctor.cpp", "a list of checks, each a few lines"},
-      {"orchestrator/report/results.cpp", "everything a run leaves behind, kept as it comes"},
       {"orchestrator/report/table.cpp", "the rows of one table"},
       {"orchestrator/run/run.cpp", "granting and pacing of one job"},
       {"orchestrator/run/session.cpp", "everything a run's processes are told"},
