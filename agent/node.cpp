@@ -194,9 +194,10 @@ bool Node::greeting_needed() const { return rounds_ && meeting_.greeting_needed(
 
 bool Node::fill(wire::Telemetry& telemetry) {
   telemetry.round = rounds_->hosted().slowest().round;
-  if (telemetry.last || rounds_->whole_report_due()) telemetry.links = rounds_->hosted().links();
+  const bool tells_links = telemetry.last || assignment().tells_links;
+  if (tells_links || rounds_->whole_report_due()) telemetry.links = rounds_->hosted().links();
   telemetry.members = rounds_->collect_reports();
-  if (telemetry.last) telemetry.network = rounds_->network();
+  if (tells_links) telemetry.network = rounds_->network();
   const auto silent = [](const MemberReport& report) { return report.rounds.empty(); };
   return telemetry.last || !delivery_ || !std::all_of(telemetry.members.begin(), telemetry.members.end(), silent);
 }

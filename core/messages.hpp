@@ -63,6 +63,7 @@ struct Assignment {
   bool steers = false;                          ///< the plant waits for every agent's actuation
   bool plant = false;                           ///< there is a plant: whoever measures waits for it
   bool realtime = false;                        ///< the wall clock paces the rounds
+  bool tells_links = false;                     ///< a process may be gone before its last words: each report says how its links stand
   Delivery delivery;
   std::optional<bool> recorded = {};  ///< all or nothing of what is worth recording beside estimates; nullopt: what fits
   std::map<AgentId, Round> joining;   ///< agents that are not there, and when they join: nobody waits to meet them before
@@ -132,10 +133,6 @@ struct MemberReport {
   std::vector<AgentCounters> counters;
   std::vector<double> recorded = {};  ///< what is recorded beside the estimates
   std::uint64_t slept = 0;            ///< real time: rounds of this stay that it has left out so far
-};
-struct LinkReport {
-  Edge edge;
-  std::uint64_t delivered = 0, lost = 0, duplicated = 0, reordered = 0, superseded = 0;
 };
 
 }  // namespace consort

@@ -21,11 +21,7 @@ void Trace::add(const RoundReport& report) {
   for (const std::uint64_t state_hash : report.state_hashes) all.mix(state_hash);
   hash = all.value();
   totals = {};
-  for (const AgentCounters& counters : report.counters) {
-    totals.sent += counters.sent;
-    totals.delivered += counters.delivered;
-    totals.lost += counters.lost;
-  }
+  for (const AgentCounters& counters : report.counters) totals += counters;
   last_round = report.k;
 }
 

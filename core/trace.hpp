@@ -1,6 +1,7 @@
 #pragma once
 /// What a run leaves behind: estimates of the reported rounds and what is recorded beside them, a hash over all rounds, message counts.
 
+#include "core/counters.hpp"
 #include "core/layout.hpp"
 #include "core/types.hpp"
 
@@ -28,48 +29,11 @@ class HistoryHash {
   std::uint64_t state_ = 0x243F6A8885A308D3ULL;
 };
 
-/// Cumulative over rounds < k, as one agent has seen them.
-struct AgentCounters {
-  std::uint64_t sent = 0;       ///< messages emitted, one per out-neighbour and round
-  std::uint64_t delivered = 0;  ///< messages given to the algorithm
-  std::uint64_t lost = 0;       ///< messages the link model dropped
-  AgentCounters& operator+=(const AgentCounters& other) {
-    sent += other.sent;
-    delivered += other.delivered;
-    lost += other.lost;
-    return *this;
-  }
-};
-
 /// What a protocol's estimate is an estimate of, where the plant knows the truth.
 enum class Truth : std::uint8_t {
   none,      ///< nothing the plant has: agents agree, or steer
   state,     ///< the first numbers of the estimate are those of the agent's part of the plant
   everybody  ///< the first numbers are slots of equal length, agent after agent, one for the part of each; kAbsent: not estimated
-};
-
-/// What one in-link of one agent did, over the rounds that agent ran.
-struct LinkTotals {
-  Edge edge;
-  std::uint64_t delivered = 0, lost = 0;
-  std::uint64_t duplicated = 0, reordered = 0, superseded = 0;  ///< by the link model; see LinkCounters
-  auto operator<=>(const LinkTotals&) const = default;
-};
-
-/// What the network itself did to the messages of one link (mode realtime), by their round numbers. What the link model dropped has been
-/// received first.
-struct NetworkCounters {
-  std::uint64_t sent = 0;        ///< rounds in which the receiver had the sender as an in-neighbour
-  std::uint64_t received = 0;    ///< while it could be used
-  std::uint64_t lost = 0;        ///< never came
-  std::uint64_t late = 0;        ///< came when it could not be used any more
-  std::uint64_t duplicated = 0;  ///< came again
-  std::uint64_t reordered = 0;   ///< came after a later one
-  auto operator<=>(const NetworkCounters&) const = default;
-};
-struct NetworkTotals {
-  Edge edge;
-  NetworkCounters counters;
 };
 
 /// How one process kept time, and what it used.

@@ -13,13 +13,16 @@ namespace consort::wire {
 /// Of what a program was made.
 struct Build {
   std::string program, wire, cyclone;  ///< version of Consort; number of the IDL; version of Cyclone DDS
+  std::string commit = {};             ///< of its sources; empty: it does not say
 
   static Build own();
   /// May processes of the two builds take part in one run? Cyclone's patch level may differ.
   [[nodiscard]] bool fits(const Build& other) const;
+  /// Is neither known to be made of other sources than the other? Else they understand each other, but may compute differently.
+  [[nodiscard]] bool same_sources(const Build& other) const;
   [[nodiscard]] std::string text() const;  ///< for a person
-  /// As text() wrote it for another program's command line: "1.0/1a2b3c4d/0.10.2".
-  [[nodiscard]] std::string word() const { return program + "/" + wire + "/" + cyclone; }
+  /// As text() wrote it for another program's command line: "1.0/1a2b3c4d/0.10.2/0123456789ab".
+  [[nodiscard]] std::string word() const { return program + "/" + wire + "/" + cyclone + "/" + commit; }
   static Build from_word(const std::string& word);
 
   bool operator==(const Build&) const = default;

@@ -200,6 +200,16 @@ consort_wire_Performance performance(const Performance& in) {
           in.cpu,     in.resident_bytes,   in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
 }
 
+/// A wire's report on one link: the edge, then the numbers.
+template <class Report, class Counters>
+Report of_link(const OfLink<Counters>& link) {
+  return std::apply(
+      [&link](const auto&... numbers) {
+        return Report{link.edge.from.value, link.edge.to.value, numbers...};
+      },
+      Counters::fields(link.counters));
+}
+
 consort_wire_MemberReport member_report(const MemberReport& report, Arena& arena) {
   consort_wire_MemberReport out{};
   out.agent = report.agent.value;
@@ -489,6 +499,7 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.steers = in.steers;
   out.plant = in.plant;
   out.realtime = in.realtime;
+  out.tells_links = in.tells_links;
   out.delivery = delivery(in.delivery);
   out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
     return consort_wire_Joining{item.first.value, item.second};
@@ -527,6 +538,7 @@ Assignment decode(const consort_wire_Assignment& in) {
   out.steers = in.steers;
   out.plant = in.plant;
   out.realtime = in.realtime;
+  out.tells_links = in.tells_links;
   out.delivery = delivery(in.delivery);
   for (const auto& joining : view(in.joining)) {
     require(joining.first_round >= 1, "joining.first_round");
@@ -692,15 +704,9 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   out.round = in.round;
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
-  out.links = convert_all<decltype(out.links)>(in.links, arena, [](const LinkReport& link) {
-    return consort_wire_LinkReport{link.edge.from.value, link.edge.to.value, link.delivered, link.lost,
-                                   link.duplicated,      link.reordered,     link.superseded};
-  });
-  out.network = convert_all<decltype(out.network)>(in.network, arena, [](const NetworkTotals& link) {
-    const NetworkCounters& c = link.counters;
-    return consort_wire_NetworkReport{link.edge.from.value, link.edge.to.value, c.sent, c.received, c.lost, c.late,
-                                      c.duplicated,         c.reordered};
-  });
+  out.links = convert_all<decltype(out.links)>(in.links, arena, [](const auto& link) { return of_link<consort_wire_LinkReport>(link); });
+  out.network =
+      convert_all<decltype(out.network)>(in.network, arena, [](const auto& link) { return of_link<consort_wire_NetworkReport>(link); });
   out.performance = performance(in.performance);
   out.refusals = convert_all<decltype(out.refusals)>(in.refusals, arena, [](const Refusal& each) { return refusal(each); });
   return out;
@@ -714,17 +720,11 @@ Telemetry decode(const consort_wire_Telemetry& in) {
   out.last = in.last;
   out.round = in.round;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
-  for (const auto& link : view(in.links)) {
-    out.links.push_back({{agent_id(link.from, "links.from"), agent_id(link.to, "links.to")},
-                         link.delivered,
-                         link.lost,
-                         link.duplicated,
-                         link.reordered,
-                         link.superseded});
-  }
-  for (const auto& link : view(in.network))
-    out.network.push_back({{agent_id(link.from, "network.from"), agent_id(link.to, "network.to")},
-                           {link.sent, link.received, link.lost, link.late, link.duplicated, link.reordered}});
+  for (const auto& [from, to, delivered, lost, duplicated, reordered, superseded] : view(in.links))
+    out.links.push_back({{agent_id(from, "links.from"), agent_id(to, "links.to")}, {delivered, lost, duplicated, reordered, superseded}});
+  for (const auto& [from, to, sent, received, lost, late, duplicated, reordered] : view(in.network))
+    out.network.push_back(
+        {{agent_id(from, "network.from"), agent_id(to, "network.to")}, {sent, received, lost, late, duplicated, reordered}});
   out.performance = performance(in.process, in.performance);
   for (const auto& each : view(in.refusals)) out.refusals.push_back(refusal(each));
   return out;

@@ -19,7 +19,7 @@
 namespace consort::wire {
 
 using consort::Actuation, consort::Assignment, consort::Delivery, consort::Grant, consort::Information, consort::Layouts;
-using consort::kLargestHalfWindow, consort::largest_window, consort::LinkReport, consort::Measurement, consort::MemberReport;
+using consort::kLargestHalfWindow, consort::largest_window, consort::Measurement, consort::MemberReport;
 using consort::PlantAssignment;
 using Member = MemberTask;
 using Segment = GrantedSegment;
@@ -55,7 +55,7 @@ struct Telemetry {
   std::uint32_t process = 0, epoch = 0;
   bool last = false;
   std::vector<MemberReport> members;
-  std::vector<LinkReport> links;
+  std::vector<LinkTotals> links;
   std::vector<Refusal> refusals = {};  ///< since the telemetry before
   Round round = 0;                     ///< of its slowest agent
   std::vector<NetworkTotals> network = {};

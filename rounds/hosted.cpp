@@ -182,11 +182,10 @@ std::vector<MemberReport> Hosted::collect_reports(bool whole) {
   return reports;
 }
 
-std::vector<LinkReport> Hosted::links() const {
-  std::vector<LinkReport> links;
+std::vector<LinkTotals> Hosted::links() const {
+  std::vector<LinkTotals> links;
   for (const Place& place : places_)
-    for (const auto& [edge, counters] : place.member.links())
-      links.push_back({edge, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
+    for (const LinkTotals& link : place.member.links()) links.push_back(link);
   return links;
 }
 

@@ -56,7 +56,7 @@ class Hosted {
   std::vector<MemberReport> collect_reports(bool whole);
   /// Every member has left: no round is to come.
   [[nodiscard]] bool over() const { return left_ == places_.size(); }
-  [[nodiscard]] std::vector<LinkReport> links() const;
+  [[nodiscard]] std::vector<LinkTotals> links() const;
   /// The round of the slowest member.
   [[nodiscard]] Round slowest_round() const;
 

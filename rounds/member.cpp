@@ -103,8 +103,8 @@ Member::Report Member::report() const {
   return {sense_.k, estimate(), history_.value(), {sent_, links.delivered, links.lost}};
 }
 
-std::vector<std::pair<Edge, LinkCounters>> Member::links() const {
-  std::vector<std::pair<Edge, LinkCounters>> links;
+std::vector<LinkTotals> Member::links() const {
+  std::vector<LinkTotals> links;
   for (const AgentId from : mailbox_.senders())
     if (const LinkCounters counters = mailbox_.counters(from); counters != LinkCounters{}) links.push_back({{from, id()}, counters});
   return links;

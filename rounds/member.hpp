@@ -84,7 +84,7 @@ class alignas(64) Member {
   void recorded(std::span<double> out) const { protocol_->recorded(out); }
   [[nodiscard]] const Layout& recorded_layout() const { return recorded_layout_; }
   /// Those of its in-links that carried anything, ascending.
-  [[nodiscard]] std::vector<std::pair<Edge, LinkCounters>> links() const;
+  [[nodiscard]] std::vector<LinkTotals> links() const;
 
   [[nodiscard]] Mailbox& mailbox() { return mailbox_; }
   [[nodiscard]] const Mailbox& mailbox() const { return mailbox_; }

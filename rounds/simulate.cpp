@@ -202,19 +202,14 @@ std::vector<LinkTotals> World::links() const {
     std::map<AgentId, LinkCounters> totals;
     if (const auto earlier = earlier_.find(member.id()); earlier != earlier_.end()) totals = earlier->second.links;
     for (const auto& [edge, counters] : member.links()) totals[edge.from] += counters;
-    for (const auto& [from, counters] : totals)
-      links.push_back(
-          {{from, member.id()}, counters.delivered, counters.lost, counters.duplicated, counters.reordered, counters.superseded});
+    for (const auto& [from, counters] : totals) links.push_back({{from, member.id()}, counters});
   }
   std::sort(links.begin(), links.end());
   return links;
 }
 
-}  // namespace
-
-Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
-  World world(experiment, protocol, run_seed);
-  Trace trace = world.empty_trace();
+/// The rounds of the experiment, as far as they go.
+void run(World& world, const Experiment& experiment, const ReportSink& sink, Trace& trace) {
   const Round last = last_round(experiment);
   StopRule stop(last, experiment.convergence);
   const Round interval = experiment.report_interval();
@@ -229,7 +224,25 @@ Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, See
     world.advance(k);
   }
   trace.converged = stop.converged();
+}
+
+}  // namespace
+
+void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace) {
+  World world(experiment, protocol, run_seed);
+  trace = world.empty_trace();
+  try {
+    run(world, experiment, sink, trace);
+  } catch (...) {
+    trace.links = world.links();
+    throw;
+  }
   trace.links = world.links();
+}
+
+Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
+  Trace trace;
+  simulate(experiment, protocol, run_seed, sink, trace);
   return trace;
 }
 

@@ -163,15 +163,6 @@ void Mailbox::add_due(Round k) {
   for (const Received& received : inbox_) ++counters_[slot_of(received.from)].delivered;
 }
 
-LinkCounters& LinkCounters::operator+=(const LinkCounters& other) {
-  delivered += other.delivered;
-  lost += other.lost;
-  duplicated += other.duplicated;
-  reordered += other.reordered;
-  superseded += other.superseded;
-  return *this;
-}
-
 LinkCounters Mailbox::counters() const {
   LinkCounters total;
   for (const LinkCounters& counters : counters_) total += counters;

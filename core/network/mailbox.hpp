@@ -2,6 +2,7 @@
 /// Everything between "bytes arrived" and "the algorithm sees its inbox": waiting room for what is early, duplicates, order,
 /// and what the link does: loss, delay, copies, noise. All drivers use it; it knows no transport and no clock.
 
+#include "core/counters.hpp"
 #include "core/errors.hpp"
 #include "core/layout.hpp"
 #include "core/network/graph.hpp"
@@ -25,16 +26,6 @@ struct Received {
 };
 /// Ascending by sender; at most one message per sender (the newest one due; an older one due in the same round is superseded).
 using Inbox = std::span<const Received>;
-
-/// What the link model did to one link's messages. Once nothing is under way, emitted + duplicated = delivered + lost + superseded.
-struct LinkCounters {
-  std::uint64_t delivered = 0, lost = 0;
-  std::uint64_t duplicated = 0;  ///< second copies made
-  std::uint64_t reordered = 0;   ///< arrived in a later round than a newer message of the same sender
-  std::uint64_t superseded = 0;  ///< arrived in one round with the same or a newer message of the same sender, so not handed on
-  LinkCounters& operator+=(const LinkCounters& other);
-  bool operator==(const LinkCounters&) const = default;
-};
 
 class Mailbox {
  public:

@@ -158,6 +158,19 @@ void Writer::write(const AgentRows& rows, const Batch&) {
   }
 }
 
+/// Run, sender, receiver, then what was counted, in the order in which the counters name it.
+template <class Counters>
+void Writer::write_links(std::size_t run, const std::vector<OfLink<Counters>>& links, const char* insert) {
+  Statement row = database_.prepare(insert);
+  for (const auto& link : links) {
+    int column = 0;
+    const auto put = [&](const auto&... values) { (row.bind(column++, static_cast<std::int64_t>(values)), ...); };
+    put(run, link.edge.from.value, link.edge.to.value);
+    std::apply(put, Counters::fields(link.counters));
+    row.execute();
+  }
+}
+
 void Writer::write(const End& end, const Batch&) {
   Statement update = database_.prepare(
       "UPDATE runs SET messages_sent = ?, messages_delivered = ?, messages_lost = ?, ended = ?, rounds = ?, converged = ?, seconds = ?, "
@@ -171,19 +184,8 @@ void Writer::write(const End& end, const Batch&) {
   update.bind(8, std::int64_t{!end.at.empty()});
   update.bind(9, static_cast<std::int64_t>(end.run));
   update.execute();
-  Statement link = database_.prepare("INSERT INTO links VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
-  link.bind(0, static_cast<std::int64_t>(end.run));
-  for (const LinkTotals& totals : end.links) {
-    link.bind(1, static_cast<std::int64_t>(totals.edge.from.value));
-    link.bind(2, static_cast<std::int64_t>(totals.edge.to.value));
-    link.bind(3, static_cast<std::int64_t>(totals.delivered));
-    link.bind(4, static_cast<std::int64_t>(totals.lost));
-    link.bind(5, static_cast<std::int64_t>(totals.duplicated));
-    link.bind(6, static_cast<std::int64_t>(totals.reordered));
-    link.bind(7, static_cast<std::int64_t>(totals.superseded));
-    link.execute();
-  }
-  write_network(end);
+  write_links(end.run, end.links, "INSERT INTO links VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  write_links(end.run, end.network, "INSERT INTO network VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
   write_processes(end);
   Statement metric = database_.prepare("INSERT INTO metrics VALUES (?, ?, ?)");
   metric.bind(0, static_cast<std::int64_t>(end.run));
@@ -218,17 +220,6 @@ void Writer::write(const Summary& summary, const Batch&) {
     if (summary.complete) criterion.bind(2, std::int64_t{summary.criteria[i].met});
     criterion.bind(3, summary.criteria[i].value);
     criterion.execute();
-  }
-}
-
-void Writer::write_network(const End& end) {
-  Statement row = database_.prepare("INSERT INTO network VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)");
-  for (const auto& [edge, c] : end.network) {
-    int column = 0;
-    for (const std::uint64_t value : {std::uint64_t{end.run}, std::uint64_t{edge.from.value}, std::uint64_t{edge.to.value}, c.sent,
-                                      c.received, c.lost, c.late, c.duplicated, c.reordered})
-      row.bind(column++, static_cast<std::int64_t>(value));
-    row.execute();
   }
 }
 

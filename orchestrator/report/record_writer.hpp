@@ -82,7 +82,8 @@ class Writer {
   void describe_columns(const Begin& begin);
   /// The graphs of the rounds before `end`, as far as they are not there yet.
   void write_graphs(std::size_t run, Round end);
-  void write_network(const End& end);
+  template <class Counters>
+  void write_links(std::size_t run, const std::vector<OfLink<Counters>>& links, const char* insert);
   void write_processes(const End& end);
   void add_columns(const std::vector<RecordColumn>& columns);
 

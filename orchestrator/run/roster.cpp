@@ -4,6 +4,7 @@
 #include "core/id_list.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace consort {
 namespace {
@@ -25,7 +26,12 @@ std::string process_of(const Newcomer& newcomer) { return "pid " + std::to_strin
 }  // namespace
 
 Roster::Roster(std::vector<Place> places, std::string host, std::string build)
-    : places_(std::move(places)), host_(std::move(host)), build_(std::move(build)), holders_(places_.size()), launched_(places_.size()) {}
+    : places_(std::move(places)),
+      host_(std::move(host)),
+      build_(std::move(build)),
+      holders_(places_.size()),
+      launched_(places_.size()),
+      gone_(places_.size()) {}
 
 std::optional<std::size_t> Roster::place_of(const std::string& id) const {
   const auto at = std::find_if(holders_.begin(), holders_.end(), [&](const auto& holder) { return holder && holder->id == id; });
@@ -55,15 +61,30 @@ std::string Roster::objection(const Newcomer& newcomer, std::optional<std::size_
   if (!place) return misplaced(newcomer);
   const Place& wanted = places_[*place];
   const bool is_child = newcomer.pid == launched_[*place] && newcomer.host == host_;
-  if (!wanted.external && !is_child)
-    return agents_of(wanted.agents) + (wanted.agents.size() > 1 ? " are" : " is") + " started by `consort run` itself" +
-           (launched_[*place] == 0 ? "" : ", as pid " + std::to_string(launched_[*place]) + " on " + host_) +
-           ": to start it by hand, name it there: --external " + (wanted.agents.empty() ? "0" : ids_of(wanted.agents));
-  if (closed_.contains(*place)) return agents_of(wanted.agents) + " died before, and the run goes on without";
+  if (!wanted.external && !is_child) return not_by_hand(*place);
+  if (closed_.contains(*place)) return agents_of(wanted.agents) + " died before, and the run goes on without; nobody can take that place";
   if (const auto& holder = holders_[*place])
     return agents_of(wanted.agents) + (wanted.agents.size() > 1 ? " are" : " is") + " there already: " + process_of(*holder) +
            "; end that process first, or start this one with other ids";
   return {};
+}
+
+/// The place is for a process that the run itself starts.
+std::string Roster::not_by_hand(std::size_t place) const {
+  const Place& wanted = places_[place];
+  const bool several = wanted.agents.size() > 1;
+  if (gone_[place]) {
+    constexpr std::array kHow{"left, as the experiment says", "was killed, as the experiment says", "died, and the run goes on without it"};
+    constexpr std::array kHowMany{"left, as the experiment says", "were killed, as the experiment says",
+                                  "died, and the run goes on without them"};
+    const auto how = static_cast<std::size_t>(*gone_[place]);
+    return agents_of(wanted.agents) + " " + (several ? kHowMany : kHow).at(how) +
+           ": nobody can take that place by hand; where the experiment lets " + (several ? "them" : "it") +
+           " come back, `consort run` does";
+  }
+  return agents_of(wanted.agents) + (several ? " are" : " is") + " started by `consort run` itself" +
+         (launched_[place] == 0 ? "" : ", as pid " + std::to_string(launched_[place]) + " on " + host_) +
+         ": to start it by hand, name it there: --external " + (wanted.agents.empty() ? "0" : ids_of(wanted.agents));
 }
 
 /// The run has no such process: which ones it has instead.
@@ -86,7 +107,8 @@ std::string Roster::misplaced(const Newcomer& newcomer) const {
          processes + ", or give the run another `placement: {agents_per_process: ...}` (--agents-per-process)";
 }
 
-void Roster::vacate(std::size_t place) {
+void Roster::vacate(std::size_t place, Departure how) {
+  gone_.at(place) = how;
   if (!holders_[place]) return;
   if (former_.size() >= kMostRemembered) former_.clear();
   former_[holders_[place]->id] = place;

@@ -47,9 +47,13 @@ class Roster {
   Verdict judge(const Newcomer& newcomer);
 
   /// This process has just been started for that place.
-  void launched(std::size_t place, std::uint64_t pid) { launched_.at(place) = pid; }
+  void launched(std::size_t place, std::uint64_t pid) {
+    launched_.at(place) = pid;
+    gone_.at(place).reset();
+  }
+  enum class Departure { left, killed, died };  ///< the first two by plan
   /// Its holder is gone; somebody else may come.
-  void vacate(std::size_t place);
+  void vacate(std::size_t place, Departure how);
   /// Nobody may take it any more.
   void close(std::size_t place) { closed_.insert(place); }
   /// Another job begins, with everybody.
@@ -61,11 +65,13 @@ class Roster {
  private:
   [[nodiscard]] std::string objection(const Newcomer& newcomer, std::optional<std::size_t> place) const;
   [[nodiscard]] std::string misplaced(const Newcomer& newcomer) const;
+  [[nodiscard]] std::string not_by_hand(std::size_t place) const;
 
   std::vector<Place> places_;
   std::string host_, build_;
   std::vector<std::optional<Newcomer>> holders_;  // by place
   std::vector<std::uint64_t> launched_;           // by place: pid
+  std::vector<std::optional<Departure>> gone_;    // by place: how the process went that was there last, if none is now
   std::set<std::size_t> closed_;
   std::map<std::string, std::size_t> former_;
   std::map<std::string, std::string> refused_;  // and why

@@ -7,6 +7,7 @@
 #include "orchestrator/run/collector.hpp"
 #include "orchestrator/run/event_teller.hpp"
 #include "orchestrator/run/launch.hpp"
+#include "orchestrator/run/link_tally.hpp"
 #include "orchestrator/run/placement.hpp"
 #include "orchestrator/run/session.hpp"
 #include "rounds/last_round.hpp"
@@ -239,7 +240,6 @@ class JobRun {
       if (fault.kind == Fault::Kind::stop) session_.stop(fault.agent, time_until_proceed(fault));
       if (fault.kind != Fault::Kind::kill) continue;
       session_.kill(fault.agent, keep);
-      bury(fault.agent);
       collector_->depart(std::array{fault.agent});
       hand_on();
     }
@@ -313,7 +313,6 @@ class JobRun {
       if (fault.round != round) continue;
       if (fault.kind == Fault::Kind::kill) {
         session_.kill(fault.agent, keep);
-        bury(fault.agent);
       } else if (fault.kind == Fault::Kind::stop) {
         session_.stop(fault.agent, time_until_proceed(fault));
       }
@@ -340,27 +339,11 @@ class JobRun {
     return (proceed->round - stop.round) * experiment_.dt;
   }
 
-  /// Who comes back has not come anywhere yet, and not said its last word.
+  /// Who comes back has not come anywhere yet, and not said its last word. What it had told of its links counts; it counts from nothing.
   void forget(AgentId agent) {
     reached_.erase(agent.value);
     last_words_.erase(agent.value);
-  }
-
-  /// What a killed agent had told of its links counts; its successor counts from nothing.
-  void bury(AgentId agent) {
-    const auto links = links_of_.find(agent.value);
-    if (links == links_of_.end()) return;
-    for (const wire::LinkReport& link : links->second) add_link(link);
-    links_of_.erase(links);
-  }
-
-  void add_link(const wire::LinkReport& link) {
-    LinkTotals& total = link_totals_.try_emplace(link.edge, LinkTotals{link.edge}).first->second;
-    total.delivered += link.delivered;
-    total.lost += link.lost;
-    total.duplicated += link.duplicated;
-    total.reordered += link.reordered;
-    total.superseded += link.superseded;
+    tally_.conclude(agent.value);
   }
 
   void collect(const wire::Telemetry& telemetry) {
@@ -370,13 +353,9 @@ class JobRun {
     if (telemetry.last) {
       last_words_.insert(telemetry.process);
       reached = Attendance{}.until;
-      trace_.network.insert(trace_.network.end(), telemetry.network.begin(), telemetry.network.end());
       trace_.processes.push_back(telemetry.performance);
-      for (const wire::LinkReport& link : telemetry.links) add_link(link);
-      links_of_.erase(telemetry.process);  // whoever comes back counts from nothing
-    } else if (!telemetry.links.empty()) {
-      links_of_[telemetry.process] = telemetry.links;
     }
+    tally_.take(telemetry);
     for (const wire::MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
   }
 
@@ -440,15 +419,10 @@ class JobRun {
     };
     while (!session_.all_among(last_words_) && seconds_since(begin) < patience())
       session_.step([this](wire::Telemetry&& telemetry) { collect(telemetry); });
-    for (const auto& [process, links] : links_of_)
-      for (const wire::LinkReport& link : links) add_link(link);
-    links_of_.clear();
-    trace_.links.clear();
-    for (const auto& [edge, total] : link_totals_) trace_.links.push_back(total);
+    trace_.links = tally_.links();
+    trace_.network = tally_.network();
     if (const std::uint64_t left_out = collector_->left_out(); left_out > 0)
       observer_.event(job_, trace_.last_round, "remark", counted(left_out, "report") + " left out, as not fitting the run");
-    const auto by_edge = [](const NetworkTotals& a, const NetworkTotals& b) { return a.edge < b.edge; };
-    std::sort(trace_.network.begin(), trace_.network.end(), by_edge);
     const auto by_process = [](const Performance& a, const Performance& b) { return a.process < b.process; };
     std::sort(trace_.processes.begin(), trace_.processes.end(), by_process);
     std::uint64_t again = 0;
@@ -474,10 +448,9 @@ class JobRun {
   std::optional<Collector> collector_;
   GraphNumbers graphs_;
   Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, paused_ = 0;
-  std::map<std::uint32_t, Round> reached_;                           // by process
-  std::map<std::uint32_t, std::vector<wire::LinkReport>> links_of_;  // by process: what it told last
-  std::map<Edge, LinkTotals> link_totals_;                           // of processes that have ended
-  std::set<std::uint32_t> last_words_;                               // processes that have reported their links: the job is over for them
+  std::map<std::uint32_t, Round> reached_;  // by process
+  LinkTally tally_;
+  std::set<std::uint32_t> last_words_;  // processes that have reported their links: the job is over for them
   Clock::time_point started_, last_news_;
   std::uint64_t start_ns_ = 0;  // real time: wall clock of round 0
   std::size_t next_fault_ = 0;

@@ -51,6 +51,10 @@ struct RunLayouts {
   }
 };
 
+class AgentMaker;
+/// Layouts do not depend on the agent, so agent 1 stands for all.
+RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker);
+
 /// Watches a run. All calls come from one thread, in order; run_begins .. run_ends nest per job.
 class RunObserver {
  public:
@@ -77,6 +81,7 @@ struct RunOptions {
   std::vector<AgentId> external;                ///< started by hand, not launched here
   std::string key = {};                         ///< secret the processes know each other by; empty: a random one
   bool external_plant = false;                  ///< the same of the plant
+  double tell_awaited_seconds = 10.0;           ///< for so long nothing is said of whoever has not come yet, and then so often
   double last_reports_seconds = 5.0;            ///< real time: for so long after the last round, reports under way are waited for
   const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
 

@@ -272,9 +272,14 @@ void Session::launch(RunObserver& observer) {
     if (interrupted()) return;
   }
   const auto found = [](const ProcessState& state) { return state.found; };
+  auto told = Clock::now();
   while (count(found) < total && !interrupted()) {
     step({});
     tell_remarks(observer);
+    if (Clock::now() - told >= std::chrono::duration<double>(options_.tell_awaited_seconds)) {
+      told = Clock::now();
+      tell_awaited(observer);
+    }
     observer.launching(count(found), 0, total);
   }
 }
@@ -410,6 +415,7 @@ std::vector<wire::Assignment> Session::assignments(std::size_t hub, Round now) c
   common.steers = steers_;
   common.recorded = experiment_.recording.state;
   common.realtime = experiment_.mode == Mode::realtime;
+  common.tells_links = common.realtime || experiment_.on_agent_loss == AgentLoss::go_on;
   common.delivery = delivery();
   for (const auto& [agent, presence] : experiment_.presence)
     if (!presence.holds(now)) common.joining.emplace(agent, presence.next(now));
@@ -519,6 +525,7 @@ std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
   const Roster::Verdict verdict = roster_->judge({presence.sender.guid, presence.agents, presence.host, presence.pid,
                                                   !card || card->build.fits(own), card ? card->build.text() : std::string()});
   const std::string who = "pid " + std::to_string(presence.pid) + " on " + presence.host;
+  if (verdict.standing == Roster::Standing::member && verdict.first) warn_of_sources(presence);
   switch (verdict.standing) {
     case Roster::Standing::former:
       return std::nullopt;
@@ -532,6 +539,16 @@ std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
   if (verdict.first) remarks_.push_back("a process (" + who + ") may not take part: " + verdict.why);
   if (presence.state == wire::State::hello) answer({epoch_, wire::Order::refused, {}, 0, presence.sender.guid, verdict.why});
   return std::nullopt;
+}
+
+/// It understands this run, and is let in.
+void Session::warn_of_sources(const wire::Presence& presence) {
+  const std::optional<wire::Card>& card = presence.sender.card;
+  const wire::Build own = wire::Build::own();
+  if (!card || own.same_sources(card->build) || !other_sources_.emplace(card->build.commit, presence.host).second) return;
+  remarks_.push_back(presence.sender.who + " is built of commit " + card->build.commit + ", this run of " + own.commit +
+                     ": they understand each other, but may compute differently; build or install all programs together (others of that " +
+                     "commit on that host are not named)");
 }
 
 /// Who comes late is given the newest command alone, so who is gone has to be said again.
@@ -565,7 +582,7 @@ void Session::handle(wire::Presence&& presence) {
       if (state.external) {
         state.started = state.found = false;
         state.ready_epoch = 0;
-        roster_->vacate(*process);
+        roster_->vacate(*process, Roster::Departure::left);
       }
       break;
   }
@@ -577,7 +594,7 @@ void Session::watch_children() {
     const auto state = std::find_if(states_.begin(), states_.end(), [&](const ProcessState& each) { return each.name == death->name; });
     const auto process = static_cast<std::size_t>(state - states_.begin());
     const bool left = state->dying || (death->signal == 0 && death->exit_code == 0 && leaves(process));
-    roster_->vacate(process);
+    roster_->vacate(process, state->dying ? Roster::Departure::killed : left ? Roster::Departure::left : Roster::Departure::died);
     state->started = state->found = state->dying = false;
     state->ready_epoch = 0;
     if (left || failed_) continue;
@@ -594,7 +611,7 @@ void Session::watch_external() {
     if (!state.external || !state.started || !state.silent_since || Clock::now() - *state.silent_since < kSecondLook) continue;
     const std::string text = state.name + " (" + state.where + ") gives no sign of life any more";
     state.silent_since.reset();
-    roster_->vacate(p);
+    roster_->vacate(p, Roster::Departure::died);
     state.started = state.found = false;
     state.ready_epoch = 0;
     if (failed_) continue;
@@ -657,24 +674,30 @@ std::string Session::who_waits() {
     for (auto item = kept.rbegin(); item != kept.rend(); ++item) news_.emplace_front(std::move(*item));
   }
   std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : "; ") + part; };
   for (const ProcessState& state : states_) {
-    if (state.status && !state.status->note.empty()) text += state.name + " " + state.status->note + "; ";
+    if (state.status && !state.status->note.empty()) add(state.name + " " + state.status->note);
     if (!state.status || state.status->waiting_for.empty()) continue;
-    text +=
-        "agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for";
-    for (const AgentId agent : state.status->waiting_for) text += " " + std::to_string(agent.value);
-    text += "; ";
+    std::string whom;
+    for (const AgentId agent : state.status->waiting_for) whom += " " + std::to_string(agent.value);
+    add("agent " + std::to_string(state.status->waiting_agent.value) + " waits in round " + std::to_string(state.status->round) + " for" +
+        whom);
     if (text.size() > 1000) {
-      text += "...; ";
+      add("...");
       break;
     }
   }
-  const std::string unanswered = names(silent);
-  if (!unanswered.empty())
-    text += "no answer from " + unanswered;
-  else if (text.empty())
-    text = "every process answers and none waits for a message";
-  return text;
+  if (const std::string unanswered = names(silent); !unanswered.empty()) add("no answer from " + unanswered);
+  return text.empty() ? "every process answers and none waits for a message" : text;
+}
+
+/// Whoever waits for a long time is told for whom, and what can be done about it.
+void Session::tell_awaited(RunObserver& observer) const {
+  const auto absent = [](const ProcessState& state) { return state.started && !state.found; };
+  const std::string by_hand = names([&](const ProcessState& state) { return absent(state) && state.external; });
+  const std::string launched = names([&](const ProcessState& state) { return absent(state) && !state.external; });
+  if (!by_hand.empty()) observer.remark("still waiting for " + by_hand + ", to be started by hand, by the lines that this run has printed");
+  if (!launched.empty()) observer.remark("still waiting for " + launched + ", which this run has started");
 }
 
 void Session::time_out() {
@@ -707,22 +730,12 @@ void Session::time_out() {
 }
 
 RunLayouts Session::layouts() const {
-  check(!layouts_.empty(), "layouts are known once everybody is ready");
-  const wire::Layouts& first = layouts_.begin()->second;
-  for (const auto& [agent, layouts] : layouts_) {
-    if (!(layouts.estimate == first.estimate && layouts.recorded == first.recorded)) {
-      throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent " +
-                     std::to_string(first.agent.value) + "; all agents of a run must have the same dimension");
-    }
-  }
-  RunLayouts names{first.message, first.estimate};
-  names.recorded = first.recorded;
-  if (maker_->physics()) {
-    names.state = maker_->physics()->state_layout();
-    names.truth = protocol_->truth;
-    names.agrees_on_states = steers_ && protocol_->truth == Truth::none;
-  }
-  return names;
+  RunLayouts expected = layouts_of(experiment_, experiment_.protocols[job_.protocol], *maker_);
+  for (const auto& [agent, layouts] : layouts_)
+    if (layouts.estimate != expected.estimate || layouts.recorded != expected.recorded)
+      throw RunError("agent " + std::to_string(agent.value) + " estimates other quantities than agent 1; all agents of a run must have the " +
+                     "same dimension");
+  return expected;
 }
 
 /// Adds to what was refused; the first time that somebody's samples are, it is worth a remark.

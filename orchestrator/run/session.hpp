@@ -120,8 +120,10 @@ class Session {
   void handle(wire::Presence&& presence);
   /// The process of who wrote it, if that one takes part; it is answered.
   [[nodiscard]] std::optional<std::size_t> admit(const wire::Presence& presence);
+  void warn_of_sources(const wire::Presence& presence);
   void answer(const wire::Command& command);
   void tell_remarks(RunObserver& observer);
+  void tell_awaited(RunObserver& observer) const;
   void note(std::vector<Refusal> refusals);
   void watch_children();
   void watch_external();
@@ -164,6 +166,7 @@ class Session {
   std::vector<Loss> losses_;
   std::vector<std::string> remarks_, early_remarks_;  // early: told before the first round, and again if it never comes to that
   std::vector<Refusal> refusals_;
+  std::set<std::pair<std::string, std::string>> other_sources_;  // commit and host, told once
 
   std::mutex mutex_;  // guards news_
   std::condition_variable arrived_;

@@ -23,18 +23,9 @@ using Clock = std::chrono::steady_clock;
 
 double elapsed_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Layouts do not depend on the agent, so agent 1 stands for all.
 RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
-  const AgentMaker maker(experiment, experiment.protocols.at(job.protocol), job.seed);
-  const auto protocol = maker.make(AgentId{1});
-  RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
-  layouts.recorded = recorded_part(protocol->recorded_layout(), experiment.recording.state);
-  if (maker.physics()) {
-    layouts.state = maker.physics()->state_layout();
-    layouts.truth = find_protocol(experiment.protocols.at(job.protocol).name).truth;
-    layouts.agrees_on_states = protocol->control_size() > 0 && layouts.truth == Truth::none;
-  }
-  return layouts;
+  const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
+  return consort::layouts_of(experiment, choice, AgentMaker(experiment, choice, job.seed));
 }
 
 /// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
@@ -69,13 +60,11 @@ struct Finished {
   std::vector<double> estimates, states, recorded;
   std::vector<std::uint64_t> hashes, state_hashes;
   std::vector<AgentCounters> counters;
-  std::vector<Round> rounds;   // that were reported
   double began_seconds = 0.0;  ///< of round 0, after the call
   bool ended_early = false;
-  std::exception_ptr failure;  ///< of the simulation, after those rounds
+  std::exception_ptr failure = {};  ///< what the simulation threw; what was known by then is in the outcome
 
   void keep(const RoundReport& report) {
-    rounds.push_back(report.k);
     estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
     hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
     counters.insert(counters.end(), report.counters.begin(), report.counters.end());
@@ -86,6 +75,7 @@ struct Finished {
 
   void replay(const Experiment& experiment, RunObserver& observer) const {
     EventTeller teller(experiment, outcome.job, observer);
+    const std::vector<Round>& rounds = outcome.trace.rounds;
     const std::size_t count = std::max<std::size_t>(rounds.size(), 1), n = hashes.size() / count, width = estimates.size() / count,
                       state_width = states.size() / count, recorded_width = recorded.size() / count;
     for (std::size_t i = 0; i < rounds.size(); ++i) {
@@ -102,10 +92,21 @@ struct Finished {
   }
 };
 
-Ending ending_of(const Experiment& experiment, const Trace& trace, bool ended_early, const Watch& watch) {
-  if (ended_early) return watch.interrupted() ? Ending::signal : Ending::deadline;
-  if (trace.converged) return Ending::stop_rule;
-  return trace.last_round < experiment.rounds ? Ending::nobody_left : Ending::last_round;
+Ending ending_of(const Experiment& experiment, const Finished& finished, const Watch& watch) {
+  if (finished.failure) return Ending::failure;
+  if (finished.ended_early) return watch.interrupted() ? Ending::signal : Ending::deadline;
+  if (finished.outcome.trace.converged) return Ending::stop_rule;
+  return finished.outcome.trace.last_round < experiment.rounds ? Ending::nobody_left : Ending::last_round;
+}
+
+/// Hands over what a job came to, then throws what ended it, if something did.
+void conclude(const Finished& finished, RunObserver& observer) {
+  try {
+    observer.run_ends(finished.outcome);
+  } catch (const std::exception&) {
+    if (!finished.failure) throw;  // else that is why
+  }
+  if (finished.failure) std::rethrow_exception(finished.failure);
 }
 
 /// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so.
@@ -123,15 +124,15 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
     return !finished.ended_early;
   };
   finished.outcome.job = job;
+  Trace& trace = finished.outcome.trace;
   try {
-    finished.outcome.trace = simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink);
-  } catch (...) {  // what was reported counts: whoever takes the job raises it behind that
+    simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink, trace);
+  } catch (const std::exception&) {
+    if (trace.rounds.empty()) throw;  // it never began
     finished.failure = std::current_exception();
-    return finished;
   }
   finished.outcome.seconds = round_zero ? elapsed_since(*round_zero) : 0.0;
-  const Trace& trace = finished.outcome.trace;
-  finished.outcome.end = {ending_of(experiment, trace, finished.ended_early, watch), agents_by_plan(experiment, trace.last_round)};
+  finished.outcome.end = {ending_of(experiment, finished, watch), agents_by_plan(experiment, trace.last_round)};
   return finished;
 }
 
@@ -140,9 +141,8 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
-  if (finished.failure) std::rethrow_exception(finished.failure);
   if (finished.outcome.end.ending == Ending::nobody_left) teller.rest(finished.outcome.trace.last_round);
-  observer.run_ends(finished.outcome);
+  conclude(finished, observer);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
   return {finished.began_seconds, finished.outcome.seconds};
 }
@@ -200,11 +200,9 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
     const Finished finished = workers.next();
-    if (finished.failure && finished.rounds.empty()) std::rethrow_exception(finished.failure);
     observer.run_begins(job, layouts);
     finished.replay(experiment, observer);
-    if (finished.failure) std::rethrow_exception(finished.failure);
-    observer.run_ends(finished.outcome);
+    conclude(finished, observer);
     if (job.number == 0) times.startup_seconds = finished.began_seconds;
     times.running_seconds += finished.outcome.seconds;
     if (!finished.ended_early) continue;
@@ -215,6 +213,18 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
 }
 
 }  // namespace
+
+RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker) {
+  const auto protocol = maker.make(AgentId{1});
+  RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
+  layouts.recorded = recorded_part(protocol->recorded_layout(), experiment.recording.state);
+  if (maker.physics()) {
+    layouts.state = maker.physics()->state_layout();
+    layouts.truth = find_protocol(choice.name).truth;
+    layouts.agrees_on_states = protocol->control_size() > 0 && layouts.truth == Truth::none;
+  }
+  return layouts;
+}
 
 std::vector<Job> jobs_of(const Experiment& experiment) {
   std::vector<Job> jobs;

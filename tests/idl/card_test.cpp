@@ -8,7 +8,7 @@ namespace {
 std::optional<Card> read(const std::string& text) { return Card::of(std::vector<unsigned char>(text.begin(), text.end())); }
 
 TEST(Card, IsReadBackAsItWasWritten) {
-  const Card card{"consort-agent", {"1.2.3", "00ff00ff", "0.10.2"}, "1-3,7"};
+  const Card card{"consort-agent", {"1.2.3", "00ff00ff", "0.10.2", "0123456789ab-dirty"}, "1-3,7"};
   const auto again = Card::of(card.bytes());
   ASSERT_TRUE(again);
   EXPECT_EQ(again->role, "consort-agent");
@@ -46,6 +46,14 @@ TEST(Build, FitsTheSameProgramAndWireWhateverThePatchLevelOfCyclone) {
   EXPECT_FALSE((Build{"1", "2", "0.10.2"}.fits({"1", "3", "0.10.2"})));
   EXPECT_FALSE((Build{"1", "2", "0.10.2"}.fits({"2", "2", "0.10.2"})));
   EXPECT_EQ(Build::from_word(own.word()), own);
+}
+
+TEST(Build, OfAnotherCommitFitsAndIsToldApart) {
+  const Build one{"1", "2", "0.10.2", "aaaa"}, other{"1", "2", "0.10.2", "bbbb"}, silent{"1", "2", "0.10.2"};
+  EXPECT_TRUE(one.fits(other));
+  EXPECT_FALSE(one.same_sources(other));
+  EXPECT_TRUE(one.same_sources(one));
+  EXPECT_TRUE(one.same_sources(silent) && silent.same_sources(one)) << "who does not say is not accused";
 }
 
 }  // namespace

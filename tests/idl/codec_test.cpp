@@ -45,7 +45,7 @@ TEST(Codec, AssignmentSurvivesTheRoundTrip) {
   EXPECT_EQ(out.largest_state, 4u);
   EXPECT_EQ(out.largest_control, 2u);
   EXPECT_EQ(out.recorded, true);
-  EXPECT_TRUE(out.relays);
+  EXPECT_TRUE(out.relays && out.tells_links);
   EXPECT_TRUE(out.plant && out.steers);
   EXPECT_EQ(out.joining, in.joining);
   const Edge edge{AgentId{1}, AgentId{3}};
@@ -180,7 +180,7 @@ TEST(Codec, TheOtherTypesSurviveTheRoundTrip) {
   EXPECT_EQ(told.members[0].counters[1].lost, 6u);
   EXPECT_EQ(told.members[0].slept, 9u);
   ASSERT_EQ(told.links.size(), 1u);
-  EXPECT_EQ(told.links[0].lost, 9u);
+  EXPECT_EQ(told.links[0].counters.lost, 9u);
   const std::vector<double> values{1.0, -0.0};
   const Information information = decode(encode(Information{1, AgentId{2}, 3, values}));
   EXPECT_EQ(information.values.data(), values.data()) << "a view, not a copy";

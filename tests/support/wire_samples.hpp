@@ -53,7 +53,7 @@ inline Assignment some_assignment() {
   late.delay_rounds = 9;
   member.link_changes = {{0, Edge{AgentId{1}, AgentId{3}}, late}, {40, Edge{AgentId{1}, AgentId{3}}, everything()}};
   in.link_changes.push_back({20, std::nullopt, everything()});
-  in.plant = in.steers = in.relays = true;
+  in.plant = in.steers = in.relays = in.tells_links = true;
   in.largest_state = 4;
   in.largest_control = 2;
   in.joining = {{AgentId{3}, 5}};

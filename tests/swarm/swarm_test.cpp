@@ -82,8 +82,8 @@ void expect_complete(const Experiment& experiment, const Trace& trace) {
   EXPECT_EQ(trace.estimates.size(), trace.rounds.size() * trace.agents * trace.dimension);
   std::uint64_t delivered = 0, lost = 0;
   for (const LinkTotals& link : trace.links) {
-    delivered += link.delivered;
-    lost += link.lost;
+    delivered += link.counters.delivered;
+    lost += link.counters.lost;
   }
   EXPECT_EQ(delivered, trace.totals.delivered) << "the links add up";
   EXPECT_EQ(lost, trace.totals.lost);

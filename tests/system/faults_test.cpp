@@ -162,6 +162,7 @@ TEST(Faults, AfterAnUnplannedLossTheRestComesToTheLastRound) {
   EXPECT_EQ(run.summary().at("complete"), true) << "who was given up makes no run incomplete, but is named";
   EXPECT_EQ(run.summary().at("agents").dump().find("given_up") == std::string::npos, false) << run.summary().at("agents");
   EXPECT_NE(run.program->out().find("given up after round"), std::string::npos) << run.program->out();
+  EXPECT_EQ(run.rows_of("links WHERE receiver = 3 AND delivered > 0"), 2) << "what the dead one had told of its links";
   expect_none_left(children, 5);
 }
 

@@ -97,7 +97,7 @@ transport: {loss: 0.1}
     const auto link =
         std::find_if(trace.links.begin(), trace.links.end(), [&edge = edge](const LinkTotals& each) { return each.edge == edge; });
     ASSERT_NE(link, trace.links.end());
-    EXPECT_EQ(link->delivered + link->lost, counters.received) << "the link model decides on what has come";
+    EXPECT_EQ(link->counters.delivered + link->counters.lost, counters.received) << "the link model decides on what has come";
     total.lost += counters.lost;
     total.sent += counters.sent;
   }
@@ -120,7 +120,7 @@ rounds: 500
 dt: 0.02
 agents: {count: 5, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
 topology: complete
-events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {round: 90, continue: 2}, {round: 60, leave: 5}]
+events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {round: 90, continue: 2}, {round: 60, leave: 5}, {round: 300, kill: 4}]
 )");
   Keeper keeper;
   const auto outcome = run_over_dds(experiment, nullptr, &keeper);
@@ -145,6 +145,10 @@ events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {
   EXPECT_EQ(end.agents.at(1).reached, 500u);
   EXPECT_EQ(end.agents.at(4).absence, AgentEnd::Absence::left);
   EXPECT_TRUE(std::any_of(keeper.events.begin(), keeper.events.end(), [](const std::string& event) { return event == "kill: agent 3"; }));
+  EXPECT_EQ(trace.links.size(), 20u);
+  EXPECT_EQ(trace.network.size(), 20u);
+  for (const LinkTotals& link : trace.links)
+    if (link.edge.to == AgentId{4}) EXPECT_GT(link.counters.delivered, 20u) << "what the killed one had counted is known";
 }
 
 TEST(RealTime, WhoIsAsleepPastTheEndMakesTheRunIncompleteAndIsNamed) {

@@ -79,7 +79,7 @@ TEST(Record, GivesBackWhatWasReported) {
     for (Round k : {0u, 5u, 7u}) record.add(job, numbers.at(k));
     record.event(job, 5, "cut", "1 -> 2");
     JobOutcome outcome{job, {}, 0.25};
-    outcome.trace.links = {{{AgentId{1}, AgentId{2}}, 6, 1}};
+    outcome.trace.links = {{{AgentId{1}, AgentId{2}}, {6, 1}}};
     outcome.trace.last_round = 7;
     outcome.trace.hash = 0xabcdef;
     outcome.trace.totals = {42, 21, 27};

@@ -8,6 +8,7 @@ namespace consort {
 namespace {
 
 using Standing = Roster::Standing;
+using Departure = Roster::Departure;
 
 std::vector<AgentId> agents(std::uint32_t first, std::uint32_t last) {
   std::vector<AgentId> ids;
@@ -50,7 +51,7 @@ TEST(Roster, ASecondOneIsRefusedByNameAndStaysRefused) {
   expect_refused(second, {"agents 2-3", "pid 7 on there", "other ids"});
   EXPECT_TRUE(second.first);
   EXPECT_FALSE(run.judge(newcomer("b", agents(2, 3), 8, "elsewhere")).first) << "it is told once";
-  run.vacate(1);
+  run.vacate(1, Departure::left);
   expect_refused(run.judge(newcomer("b", agents(2, 3), 8, "elsewhere")), {"pid 7"});
 }
 
@@ -64,9 +65,9 @@ TEST(Roster, APlaceThatIsLaunchedIsForTheProcessThatWasLaunched) {
 TEST(Roster, ARestartedProcessTakesThePlaceOfTheOneThatWasKilled) {
   Roster run = roster();
   EXPECT_EQ(run.judge(newcomer("a", agents(1, 1), 100, "here")).standing, Standing::member);
-  run.vacate(0);
+  run.vacate(0, Departure::killed);
   EXPECT_EQ(run.judge(newcomer("a", agents(1, 1), 100, "here")).standing, Standing::former) << "its last words come late";
-  expect_refused(run.judge(newcomer("x", agents(1, 1), 55, "here")), {"--external 1"});
+  expect_refused(run.judge(newcomer("x", agents(1, 1), 55, "here")), {"agent 1 was killed, as the experiment says"});
   run.launched(0, 101);
   EXPECT_EQ(run.judge(newcomer("b", agents(1, 1), 101, "here")).standing, Standing::member);
   EXPECT_EQ(run.judge(newcomer("a", agents(1, 1), 100, "here")).standing, Standing::former);
@@ -75,11 +76,31 @@ TEST(Roster, ARestartedProcessTakesThePlaceOfTheOneThatWasKilled) {
 TEST(Roster, WhoLeftMayBeFollowedByAnotherUnlessItWasGivenUp) {
   Roster run = roster();
   run.judge(newcomer("a", agents(2, 3)));
-  run.vacate(1);
+  run.vacate(1, Departure::left);
   EXPECT_EQ(run.judge(newcomer("b", agents(2, 3))).standing, Standing::member);
-  run.vacate(1);
+  run.vacate(1, Departure::died);
   run.close(1);
   expect_refused(run.judge(newcomer("c", agents(2, 3))), {"died before"});
+}
+
+TEST(Roster, WhoWouldReplaceALaunchedProcessThatIsGoneIsToldHowItWent) {
+  const std::vector<std::pair<Departure, std::string>> cases{
+      {Departure::killed, "agent 1 was killed, as the experiment says: nobody can take that place by hand"},
+      {Departure::left, "agent 1 left, as the experiment says"},
+      {Departure::died, "agent 1 died, and the run goes on without it"}};
+  for (const auto& [how, words] : cases) {
+    Roster run = roster();
+    run.judge(newcomer("a", agents(1, 1), 100, "here"));
+    run.vacate(0, how);
+    const auto verdict = run.judge(newcomer("x", agents(1, 1), 55, "here"));
+    expect_refused(verdict, {words});
+    EXPECT_EQ(verdict.why.find("--external"), std::string::npos) << "no remedy that does not help: " << verdict.why;
+    EXPECT_EQ(verdict.why.find("pid 100"), std::string::npos) << "that one is dead: " << verdict.why;
+  }
+  Roster run({{"agent-1-2", agents(1, 2), false}}, "here", "Consort 2");
+  run.launched(0, 100);
+  run.vacate(0, Departure::killed);
+  expect_refused(run.judge(newcomer("x", agents(1, 2))), {"agents 1-2 were killed", "lets them come back"});
 }
 
 TEST(Roster, AProcessTheRunDoesNotHaveIsToldWhichOnesItHas) {

@@ -163,7 +163,43 @@ TEST(RunSimulated, FailureOfOneJobEndsTheOthers) {
   experiment.dt = 1e200;  // local voting overflows within a few rounds
   Witness witness;
   EXPECT_THROW(run_simulated(experiment, {}, witness), RunError);
-  EXPECT_TRUE(witness.outcomes.empty());
+  EXPECT_EQ(witness.outcomes.size(), 1u);
+}
+
+TEST(RunSimulated, AFailureLeavesWhatWasKnownOfTheRunToo) {
+  for (const std::size_t runs : {1u, 3u}) {
+    SCOPED_TRACE(runs);
+    Experiment experiment = ring_experiment(runs);
+    experiment.dt = 1e100;  // the estimates overflow in the fourth round
+    Witness witness;
+    EXPECT_THROW(run_simulated(experiment, {}, witness), RunError);
+    ASSERT_EQ(witness.outcomes.size(), 1u);
+    const auto& [job, trace, seconds, end] = witness.outcomes[0];
+    EXPECT_EQ(end.ending, Ending::failure);
+    EXPECT_GT(trace.last_round, 0u);
+    EXPECT_EQ(witness.estimates.size(), trace.rounds.size());
+    EXPECT_EQ(completeness(end, trace.last_round, 50).missing.size(), 5u);
+    ASSERT_EQ(trace.links.size(), 10u) << "of each edge, to and fro";
+    LinkCounters sum;
+    for (const LinkTotals& link : trace.links) sum += link.counters;
+    EXPECT_GE(sum.delivered, trace.totals.delivered);
+    EXPECT_GE(sum.lost, trace.totals.lost);
+  }
+}
+
+TEST(RunSimulated, WhatTheObserverCannotTakeIsTheReasonThatIsTold) {
+  Witness witness;
+  witness.on_report = [](const RoundReport& report) {
+    if (report.k == 7) throw RunError("the disk is full");
+  };
+  try {
+    run_simulated(ring_experiment(1), {}, witness);
+    FAIL() << "nobody noticed";
+  } catch (const RunError& failure) {
+    EXPECT_STREQ(failure.what(), "the disk is full");
+  }
+  ASSERT_EQ(witness.outcomes.size(), 1u);
+  EXPECT_EQ(witness.outcomes[0].end.ending, Ending::failure);
 }
 
 TEST(RunSimulated, LinkEventsAreTold) {
