@@ -16,11 +16,6 @@ constexpr std::size_t kGroupsTold = 6;
 
 std::string agents_of(const std::vector<std::uint32_t>& ids) { return noun(ids.size(), "agent") + " " + listed(ids); }
 
-bool killed_in(const Experiment& experiment, AgentId agent, Round round) {
-  return std::any_of(experiment.faults.begin(), experiment.faults.end(),
-                     [&](const Fault& fault) { return fault.kind == Fault::Kind::kill && fault.agent == agent && fault.round == round; });
-}
-
 bool is_missing(const AgentEnd& end) { return (end.absence == Absence::none || end.absence == Absence::left) && end.reached < end.asked; }
 
 AgentEnd by_plan(const Experiment& experiment, AgentId agent, Round last) {
@@ -43,6 +38,11 @@ AgentEnd by_plan(const Experiment& experiment, AgentId agent, Round last) {
 }
 
 }  // namespace
+
+bool killed_in(const Experiment& experiment, AgentId agent, Round round) {
+  return std::any_of(experiment.faults.begin(), experiment.faults.end(),
+                     [&](const Fault& fault) { return fault.kind == Fault::Kind::kill && fault.agent == agent && fault.round == round; });
+}
 
 std::string_view name_of(Ending ending) {
   constexpr std::array<std::string_view, 7> kNames{"last_round", "stop_rule", "nobody_left", "out_of_time",

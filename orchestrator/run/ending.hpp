@@ -42,6 +42,8 @@ struct AgentEnd {
 };
 std::string_view name_of(AgentEnd::Absence absence);
 
+/// The file has the agent's process killed in that round.
+bool killed_in(const Experiment& experiment, AgentId agent, Round round);
 /// The agents of a run that came to round `last`, everybody as far as the file lets it.
 std::vector<AgentEnd> agents_by_plan(const Experiment& experiment, Round last);
 /// Over several runs: how far each came in the worst of them, and what it slept in all.

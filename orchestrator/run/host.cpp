@@ -8,6 +8,8 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstdlib>
 #include <ctime>
 #include <thread>
 
@@ -28,6 +30,21 @@ nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vecto
   facts["cores"] = std::thread::hardware_concurrency();
   facts["memory_bytes"] = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
   return facts;
+}
+
+std::string host_name() {
+  utsname system{};
+  ::uname(&system);
+  return system.nodename;
+}
+
+std::string too_busy() {
+  constexpr double kBusy = 2.0;  // of what its processors can do
+  double load = 0.0;
+  const auto processors = std::max(::sysconf(_SC_NPROCESSORS_ONLN), 1L);
+  if (::getloadavg(&load, 1) != 1 || load < kBusy * static_cast<double>(processors)) return {};
+  return fmt::format("this host is busy (load {:.0f} on {} processor{}): run less at once, or give it a later `stop: {{deadline: ...}}`",
+                     load, processors, processors == 1 ? "" : "s");
 }
 
 }  // namespace consort

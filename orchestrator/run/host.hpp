@@ -13,4 +13,8 @@ namespace consort {
 /// seed, versions (Consort and its commit, Cyclone DDS, Eigen, SQLite, compiler, kernel), cores, memory, command line.
 nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vector<std::string>& command_line);
 
+std::string host_name();
+/// That this host is short of processor time, where it is, and what to do then; else empty.
+std::string too_busy();
+
 }  // namespace consort

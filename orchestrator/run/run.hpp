@@ -87,6 +87,8 @@ struct RunOptions {
 
   /// Is a process that hosts these agents started by hand?
   [[nodiscard]] bool by_hand(std::span<const AgentId> hosted) const;
+  /// Processes may come that this run does not start, or that are on other hosts.
+  [[nodiscard]] bool expects_others() const { return !external.empty() || external_plant || interface != "lo"; }
 };
 
 /// Environment variable that holds a run's key.

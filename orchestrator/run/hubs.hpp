@@ -1,0 +1,62 @@
+#pragma once
+/// The orchestrator's end of the wire towards all its processes: how many hubs there are, in which domain and on which ports, and with what
+/// options a process finds them.
+
+#include "orchestrator/run/assignments.hpp"
+#include "orchestrator/run/hub.hpp"
+#include "orchestrator/run/launch.hpp"
+#include "orchestrator/run/placement.hpp"
+#include "orchestrator/run/run.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace consort {
+
+class Hubs {
+ public:
+  /// `processes`: how many there are, the plant, which is the last, among them. `placement` says how they find each other. Throws RunError
+  /// where DDS cannot be had, ConfigError if another run of that name goes on.
+  Hubs(const Experiment& experiment, const RunOptions& options, const Placement& placement, std::size_t processes,
+       const Hub::Callbacks& callbacks);
+
+  /// How process `process` finds this run and the processes that it meets, as options of its command line.
+  [[nodiscard]] std::vector<std::string> arguments(std::size_t process, const std::vector<std::size_t>& met) const;
+
+  void broadcast(const wire::Grant& grant) const;
+  void broadcast(const wire::Command& command) const;
+  void assign(const Assignments& assignments, Round now, const std::vector<AgentId>& gone) const;
+  /// `process`: the plant's.
+  void assign_plant(const Assignments& assignments, std::size_t process) const;
+  /// Waits until the commands have arrived, but for no longer than a second each.
+  void let_commands_arrive() const;
+
+  /// What this end would not take, since the last call.
+  [[nodiscard]] std::vector<Refusal> take_refusals() const;
+  [[nodiscard]] unsigned domain() const { return domain_number_; }
+  /// Other runs on this host use the same domain now.
+  [[nodiscard]] bool share_domain() const { return shared_ && shared_->with_others(); }
+
+ private:
+  void open_multicast(const Hub::Callbacks& callbacks);
+  void take_private_ports();
+  void open_neighbours(const Hub::Callbacks& callbacks);
+  [[nodiscard]] std::size_t hub_of(std::size_t process) const;
+  [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
+
+  const RunOptions& options_;
+  const Placement& placement_;
+  std::size_t processes_;
+  bool private_ports_ = false;  // multicast discovery on ports of this run alone
+  std::optional<PortBlock> ports_;
+  std::optional<DomainShare> shared_;      // else: with whom it shares those of the domain
+  std::optional<SoleRun> sole_;            // else: others of its name are kept out
+  dds::configuration::Settings settings_;  // common to the hubs
+  unsigned domain_number_ = 0;
+  std::vector<std::unique_ptr<Hub>> hubs_;
+};
+
+}  // namespace consort
