@@ -13,9 +13,9 @@ void Trace::add(const RoundReport& report) {
   check(report.recorded.size() == agents * recorded_dimension, "Trace::add: the report needs agents x recorded dimension numbers");
   check(rounds.empty() || rounds.back() < report.k, "Trace::add: reports come in ascending order of rounds");
   rounds.push_back(report.k);
-  estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
-  states.insert(states.end(), report.states.begin(), report.states.end());
-  recorded.insert(recorded.end(), report.recorded.begin(), report.recorded.end());
+  estimates.add(report.estimates, shelf.get());
+  states.add(report.states, shelf.get());
+  recorded.add(report.recorded, shelf.get());
   HistoryHash all;
   for (const std::uint64_t agent_hash : report.hashes) all.mix(agent_hash);
   for (const std::uint64_t state_hash : report.state_hashes) all.mix(state_hash);

@@ -3,9 +3,11 @@
 
 #include "core/counters.hpp"
 #include "core/layout.hpp"
+#include "core/rows.hpp"
 #include "core/types.hpp"
 
 #include <bit>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -65,13 +67,13 @@ struct Trace {
   std::size_t agents = 0, dimension = 0;
   Layout estimate_layout;
   std::vector<Round> rounds;        ///< reported rounds, first 0
-  std::vector<double> estimates;    ///< rounds.size() x agents x dimension
+  Rows<double> estimates;           ///< by report: agents x dimension
   std::size_t state_dimension = 0;  ///< of an agent's part of the plant; 0 without a plant
   Layout state_layout;
-  std::vector<double> states;          ///< rounds.size() x agents x state_dimension
+  Rows<double> states;                 ///< by report: agents x state_dimension
   std::size_t recorded_dimension = 0;  ///< of what an agent records beside its estimate
   Layout recorded_layout;
-  std::vector<double> recorded;  ///< rounds.size() x agents x recorded_dimension
+  Rows<double> recorded;  ///< by report: agents x recorded_dimension
   Truth truth = Truth::none;
   bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states, not their estimates
   std::uint64_t hash = 0;         ///< over every round of every agent up to the last round
@@ -82,15 +84,17 @@ struct Trace {
   std::vector<NetworkTotals> network;  ///< mode realtime: the same links, ascending by edge
   std::vector<Performance> processes;  ///< of those that told it; none in simulate
 
+  std::shared_ptr<Shelf> shelf;  ///< where reports go that are too many for memory; none: they stay there
+
   void add(const RoundReport& report);  ///< appends; recomputes hash, totals, last_round
   [[nodiscard]] std::span<const double> at(std::size_t report, AgentId agent) const {
-    return std::span(estimates).subspan((report * agents + index_of(agent)) * dimension, dimension);
+    return estimates[report].subspan(index_of(agent) * dimension, dimension);
   }
   [[nodiscard]] std::span<const double> state_at(std::size_t report, AgentId agent) const {
-    return std::span(states).subspan((report * agents + index_of(agent)) * state_dimension, state_dimension);
+    return states[report].subspan(index_of(agent) * state_dimension, state_dimension);
   }
   [[nodiscard]] std::span<const double> recorded_at(std::size_t report, AgentId agent) const {
-    return std::span(recorded).subspan((report * agents + index_of(agent)) * recorded_dimension, recorded_dimension);
+    return recorded[report].subspan(index_of(agent) * recorded_dimension, recorded_dimension);
   }
   /// Where the numbers that agents record under a name lie: in their estimates, or beside them.
   struct Place {
@@ -106,18 +110,10 @@ struct Trace {
   [[nodiscard]] std::span<const double> agreed(const RoundReport& report) const {
     return agrees_on_states ? report.states : report.estimates;
   }
-  [[nodiscard]] std::span<const double> agreed_at(std::size_t report) const {
-    const std::size_t width = agents * agreed_dimension();
-    return std::span(agrees_on_states ? states : estimates).subspan(report * width, width);
-  }
+  [[nodiscard]] std::span<const double> agreed_at(std::size_t report) const { return (agrees_on_states ? states : estimates)[report]; }
   /// One report again, without hashes and counters.
   [[nodiscard]] RoundReport report(std::size_t number) const {
-    const std::size_t width = agents * dimension, state_width = agents * state_dimension;
-    return {rounds[number],
-            std::span(estimates).subspan(number * width, width),
-            {},
-            {},
-            std::span(states).subspan(number * state_width, state_width)};
+    return {rounds[number], estimates[number], {}, {}, states[number], {}, recorded[number]};
   }
   [[nodiscard]] std::size_t agreed_dimension() const { return agrees_on_states ? state_dimension : dimension; }
   [[nodiscard]] std::span<const double> final_estimate(AgentId agent) const { return at(rounds.size() - 1, agent); }

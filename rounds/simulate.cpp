@@ -230,7 +230,9 @@ void run(World& world, const Experiment& experiment, const ReportSink& sink, Tra
 
 void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace) {
   World world(experiment, protocol, run_seed);
+  const std::shared_ptr<Shelf> shelf = trace.shelf;
   trace = world.empty_trace();
+  trace.shelf = shelf;
   try {
     run(world, experiment, sink, trace);
   } catch (...) {

@@ -14,7 +14,8 @@ using ReportSink = std::function<bool(const RoundReport&)>;
 /// Runs one protocol of the experiment with one seed. Exactly the rounds of docs/architecture.md.
 /// Throws ConfigError (a protocol refuses its values) or RunError (an estimate became non-finite: names agent, round, protocol).
 Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink = {});
-/// The same into `trace`, which holds what was known by then also when this throws: reports and links. Without agents: it never began.
+/// The same into `trace`, whose shelf is used, and which holds what was known by then also when this throws: reports and links. Without
+/// agents: it never began.
 void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace);
 
 }  // namespace consort

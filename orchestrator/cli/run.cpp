@@ -189,6 +189,7 @@ RunOptions RunVerb::options() const {
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.log_directory = output_ / "logs";
+  options.spill_directory = output_;
   options.agent_executable = beside_this_program("consort-agent");
   for (const std::uint32_t id : external_) {
     if (id == 0)

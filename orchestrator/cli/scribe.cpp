@@ -23,8 +23,6 @@ void Scribe::launching(std::size_t found, std::size_t ready, std::size_t total) 
 void Scribe::run_begins(const Job& job, const RunLayouts& layouts) {
   if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
   record_->begin_run(job, layouts);
-  unfinished_.emplace(JobOutcome{job, layouts.empty_trace(experiment_.agents), 0.0});
-  job_began_ = std::chrono::steady_clock::now();
   for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
   if (progress_) progress_->run_begins(job, layouts);
 }
@@ -32,7 +30,6 @@ void Scribe::run_begins(const Job& job, const RunLayouts& layouts) {
 void Scribe::report(const Job& job, const RoundReport& report) {
   round_ = report.k;
   record_->add(job, report);
-  unfinished_->trace.add(report);
   if (progress_) progress_->report(job, report);
 }
 
@@ -43,7 +40,6 @@ void Scribe::event(const Job& job, Round round, const std::string& kind, const s
 
 void Scribe::run_ends(const JobOutcome& outcome) {
   const Metrics metrics = results_.add(outcome);  // first: the record may not take it
-  unfinished_.reset();
   keep_in_record(outcome, metrics);
 }
 
@@ -72,12 +68,6 @@ std::string Scribe::abandon() {
   std::string lost;
   if (progress_) progress_->finish();
   try {
-    if (unfinished_ && !unfinished_->trace.rounds.empty()) {
-      unfinished_->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - job_began_).count();
-      unfinished_->end = {Ending::failure, agents_by_plan(experiment_, unfinished_->trace.last_round)};
-      const Metrics metrics = results_.add(*unfinished_);
-      keep_in_record(*unfinished_, metrics);
-    }
     if (record_) record_->flush();
   } catch (const std::exception&) {
     lost = fmt::format("the record holds {}; what came after it, up to round {}, is not saved", record_->saved(), round_);

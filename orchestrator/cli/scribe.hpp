@@ -51,8 +51,6 @@ class Scribe : public RunObserver {
   std::vector<std::string> remarks_;  // from before the first job
   SessionTimes times_;
   Round round_ = 0;
-  std::optional<JobOutcome> unfinished_;  // what the job that is going on has reported
-  std::chrono::steady_clock::time_point job_began_;
 };
 
 }  // namespace consort

@@ -53,9 +53,9 @@ std::string spaced(std::string name) {
   return name;
 }
 
-class Rows {
+class Lines {
  public:
-  Rows(const Summary& summary, const TextStyle& style) : summary_(summary), style_(style) {}
+  Lines(const Summary& summary, const TextStyle& style) : summary_(summary), style_(style) {}
 
   std::vector<Row> all() {
     std::set<std::string> seen;
@@ -271,7 +271,7 @@ std::string paragraph(const std::string& text, Tone tone, const TextStyle& style
 }  // namespace
 
 std::string render(const Summary& summary, const TextStyle& style) {
-  const std::vector<Row> rows = Rows(summary, style).all();
+  const std::vector<Row> rows = Lines(summary, style).all();
   const std::vector<Column> columns = measure(summary, rows);
   std::size_t label_width = 0;
   for (const Row& row : rows) label_width = std::max(label_width, shown_width(row.label));

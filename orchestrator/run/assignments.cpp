@@ -5,6 +5,7 @@
 #include "protocols/registry.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 
 namespace consort {
@@ -36,10 +37,10 @@ Assignments::Assignments(const Experiment& experiment, const Placement& placemen
       epoch_(epoch),
       maker_(experiment, experiment.protocols[job.protocol], job.seed) {
   if (find_protocol(protocol().name).announces) told_ = announcements(placement.support, experiment.presence);
-  steers_ = experiment.plant && maker_.make(agent_at(0))->control_size() > 0;
+  const std::unique_ptr<Protocol> agent = maker_.make(agent_at(0));
+  steers_ = experiment.plant && agent->control_size() > 0;
+  layouts_ = layouts_of(experiment, protocol(), maker_, *agent);
 }
-
-RunLayouts Assignments::layouts() const { return layouts_of(experiment_, protocol(), maker_); }
 
 Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {
   Assignment common;

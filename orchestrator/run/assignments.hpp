@@ -25,7 +25,7 @@ class Assignments {
   /// What the plant is told, in parts of bounded size.
   [[nodiscard]] std::vector<PlantAssignment> plant() const;
   /// Names of the numbers of this job.
-  [[nodiscard]] RunLayouts layouts() const;
+  [[nodiscard]] const RunLayouts& layouts() const { return layouts_; }
 
  private:
   [[nodiscard]] Assignment common(Round now, std::span<const AgentId> gone) const;
@@ -40,6 +40,7 @@ class Assignments {
   AgentMaker maker_;
   std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
   bool steers_ = false;                  // the agents steer the plant
+  RunLayouts layouts_;
 };
 
 }  // namespace consort

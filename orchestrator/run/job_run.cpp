@@ -2,6 +2,7 @@
 
 #include "core/counted.hpp"
 #include "core/errors.hpp"
+#include "orchestrator/run/spill.hpp"
 
 #include <algorithm>
 #include <array>
@@ -50,6 +51,7 @@ void JobRun::run() {
 void JobRun::run_rounds() {
   const RunLayouts layouts = session_.layouts();
   trace_ = layouts.empty_trace(experiment_.agents);
+  trace_.shelf = spill_in(options_.spill_directory);
   collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, experiment_.report_interval(), trace_.state_dimension,
                      experiment_.presence, trace_.recorded_dimension);
   observer_.run_begins(job_, layouts);

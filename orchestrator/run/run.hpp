@@ -52,8 +52,9 @@ struct RunLayouts {
 };
 
 class AgentMaker;
-/// Layouts do not depend on the agent, so agent 1 stands for all.
-RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker);
+class Protocol;
+/// `agent`: one that the maker has made; layouts do not depend on which.
+RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker, const Protocol& agent);
 
 /// Watches a run. All calls come from one thread, in order; run_begins .. run_ends nest per job.
 class RunObserver {
@@ -77,6 +78,7 @@ struct RunOptions {
   int domain = -1;                      ///< DDS domain; -1: derived from run_name
   std::string interface = "lo";         ///< network interface of all processes (name or address); another than lo for agents on other hosts
   std::filesystem::path log_directory;  ///< one log per process; must exist
+  std::filesystem::path spill_directory;        ///< where reports go that are too many for memory; empty: nowhere
   std::filesystem::path agent_executable;       ///< consort-agent; consort-plant stands beside it
   std::vector<AgentId> external;                ///< started by hand, not launched here
   std::string key = {};                         ///< secret the processes know each other by; empty: a random one

@@ -228,7 +228,7 @@ std::string Session::who_waits() {
 }
 
 RunLayouts Session::layouts() const {
-  RunLayouts expected = assignments_->layouts();
+  const RunLayouts& expected = assignments_->layouts();
   for (const auto& [agent, layouts] : layouts_)
     if (layouts.estimate != expected.estimate || layouts.recorded != expected.recorded)
       throw RunError(

@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "orchestrator/run/event_teller.hpp"
+#include "orchestrator/run/spill.hpp"
 #include "protocols/registry.hpp"
 #include "rounds/simulate.hpp"
 
@@ -25,7 +26,8 @@ double elapsed_since(Clock::time_point start) { return std::chrono::duration<dou
 
 RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
   const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
-  return consort::layouts_of(experiment, choice, AgentMaker(experiment, choice, job.seed));
+  const AgentMaker maker(experiment, choice, job.seed);
+  return consort::layouts_of(experiment, choice, maker, *maker.make(AgentId{1}));
 }
 
 /// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
@@ -57,43 +59,40 @@ class Watch {
 /// A finished job with its reports, waiting for its turn to be handed to the observer.
 struct Finished {
   JobOutcome outcome;
-  std::vector<double> estimates, states, recorded;
-  std::vector<std::uint64_t> hashes, state_hashes;
-  std::vector<AgentCounters> counters;
+  Rows<std::uint64_t> hashes, state_hashes;  // of every report, by agent; its values are in the trace
+  Rows<AgentCounters> counters;
   double began_seconds = 0.0;  ///< of round 0, after the call
   bool ended_early = false;
   std::exception_ptr failure = {};  ///< what the simulation threw; what was known by then is in the outcome
 
+  /// Of the exception that is being handled.
+  void fail() {
+    failure = std::current_exception();
+    outcome.end.ending = Ending::failure;
+  }
+
   void keep(const RoundReport& report) {
-    estimates.insert(estimates.end(), report.estimates.begin(), report.estimates.end());
-    hashes.insert(hashes.end(), report.hashes.begin(), report.hashes.end());
-    counters.insert(counters.end(), report.counters.begin(), report.counters.end());
-    recorded.insert(recorded.end(), report.recorded.begin(), report.recorded.end());
-    states.insert(states.end(), report.states.begin(), report.states.end());
-    state_hashes.insert(state_hashes.end(), report.state_hashes.begin(), report.state_hashes.end());
+    Shelf* const shelf = outcome.trace.shelf.get();
+    hashes.add(report.hashes, shelf);
+    state_hashes.add(report.state_hashes, shelf);
+    counters.add(report.counters, shelf);
   }
 
   void replay(const Experiment& experiment, RunObserver& observer) const {
     EventTeller teller(experiment, outcome.job, observer);
-    const std::vector<Round>& rounds = outcome.trace.rounds;
-    const std::size_t count = std::max<std::size_t>(rounds.size(), 1), n = hashes.size() / count, width = estimates.size() / count,
-                      state_width = states.size() / count, recorded_width = recorded.size() / count;
-    for (std::size_t i = 0; i < rounds.size(); ++i) {
-      RoundReport report{rounds[i], std::span(estimates).subspan(i * width, width), std::span(hashes).subspan(i * n, n),
-                         std::span(counters).subspan(i * n, n)};
-      report.recorded = std::span(recorded).subspan(i * recorded_width, recorded_width);
-      if (state_width > 0) {
-        report.states = std::span(states).subspan(i * state_width, state_width);
-        report.state_hashes = std::span(state_hashes).subspan(i * n, n);
-      }
+    const Trace& trace = outcome.trace;
+    for (std::size_t i = 0; i < trace.rounds.size(); ++i) {
+      RoundReport report = trace.report(i);
+      report.hashes = hashes[i];
+      report.counters = counters[i];
+      report.state_hashes = state_hashes[i];
       teller.report(report);
     }
-    if (outcome.end.ending == Ending::nobody_left) teller.rest(outcome.trace.last_round);
+    if (outcome.end.ending == Ending::nobody_left) teller.rest(trace.last_round);
   }
 };
 
 Ending ending_of(const Experiment& experiment, const Finished& finished, const Watch& watch) {
-  if (finished.failure) return Ending::failure;
   if (finished.ended_early) return watch.interrupted() ? Ending::signal : Ending::deadline;
   if (finished.outcome.trace.converged) return Ending::stop_rule;
   return finished.outcome.trace.last_round < experiment.rounds ? Ending::nobody_left : Ending::last_round;
@@ -111,7 +110,8 @@ void conclude(const Finished& finished, RunObserver& observer) {
 
 /// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so.
 template <class Each, class Ended>
-Finished run_job(const Experiment& experiment, const Job& job, const Watch& watch, Ended&& ended, Each&& each) {
+Finished run_job(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch, Ended&& ended,
+                 Each&& each) {
   Finished finished;
   std::optional<Clock::time_point> round_zero;
   const auto sink = [&](const RoundReport& report) {
@@ -125,22 +125,26 @@ Finished run_job(const Experiment& experiment, const Job& job, const Watch& watc
   };
   finished.outcome.job = job;
   Trace& trace = finished.outcome.trace;
+  trace.shelf = spill_in(spill);
   try {
     simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink, trace);
   } catch (const std::exception&) {
     if (trace.rounds.empty()) throw;  // it never began
-    finished.failure = std::current_exception();
+    finished.fail();
   }
   finished.outcome.seconds = round_zero ? elapsed_since(*round_zero) : 0.0;
-  finished.outcome.end = {ending_of(experiment, finished, watch), agents_by_plan(experiment, trace.last_round)};
+  finished.outcome.end.agents = agents_by_plan(experiment, trace.last_round);
+  if (!finished.failure) finished.outcome.end.ending = ending_of(experiment, finished, watch);
   return finished;
 }
 
-SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& watch, RunObserver& observer) {
+SessionTimes run_one(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch,
+                     RunObserver& observer) {
   observer.run_begins(job, layouts_of(experiment, job));
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
-      experiment, job, watch, [&] { return watch.ended(); }, [&](const Finished&, const RoundReport& report) { teller.report(report); });
+      experiment, job, spill, watch, [&] { return watch.ended(); },
+      [&](const Finished&, const RoundReport& report) { teller.report(report); });
   if (finished.outcome.end.ending == Ending::nobody_left) teller.rest(finished.outcome.trace.last_round);
   conclude(finished, observer);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
@@ -150,11 +154,12 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const Watch& 
 /// Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
 class Workers {
  public:
-  Workers(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch) {
+  Workers(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch) {
+    // A packaged task carries an exception of its simulation to the thread that asks for the result.
     for (const Job& job : jobs) {
-      tasks_.emplace_back([&experiment, &watch, job](const std::stop_token& stop) {
+      tasks_.emplace_back([&experiment, &spill, &watch, job](const std::stop_token& stop) {
         return run_job(
-            experiment, job, watch, [&] { return stop.stop_requested() || watch.ended(); },
+            experiment, job, spill, watch, [&] { return stop.stop_requested() || watch.ended(); },
             [](Finished& finished, const RoundReport& report) { finished.keep(report); });
       });
     }
@@ -163,7 +168,7 @@ class Workers {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
 
-  /// The next job in order.
+  /// The next job in order; throws what its simulation threw.
   Finished next() {
     Finished finished = tasks_[taken_].get_future().get();
     {
@@ -193,15 +198,20 @@ class Workers {
   std::vector<std::jthread> threads_;  // last member: stopped and joined before anything they use is gone
 };
 
-SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const Watch& watch, RunObserver& observer) {
+SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch,
+                      RunObserver& observer) {
   SessionTimes times;
   RunLayouts layouts;
-  Workers workers(experiment, jobs, watch);
+  Workers workers(experiment, jobs, spill, watch);
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
-    const Finished finished = workers.next();
+    Finished finished = workers.next();
     observer.run_begins(job, layouts);
-    finished.replay(experiment, observer);
+    try {
+      finished.replay(experiment, observer);
+    } catch (const std::exception&) {
+      finished.fail();
+    }
     conclude(finished, observer);
     if (job.number == 0) times.startup_seconds = finished.began_seconds;
     times.running_seconds += finished.outcome.seconds;
@@ -214,14 +224,13 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
 
 }  // namespace
 
-RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker) {
-  const auto protocol = maker.make(AgentId{1});
-  RunLayouts layouts{protocol->message_layout(), protocol->estimate_layout()};
-  layouts.recorded = recorded_part(protocol->recorded_layout(), experiment.recording.state);
+RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker, const Protocol& agent) {
+  RunLayouts layouts{agent.message_layout(), agent.estimate_layout()};
+  layouts.recorded = recorded_part(agent.recorded_layout(), experiment.recording.state);
   if (maker.physics()) {
     layouts.state = maker.physics()->state_layout();
     layouts.truth = find_protocol(choice.name).truth;
-    layouts.agrees_on_states = protocol->control_size() > 0 && layouts.truth == Truth::none;
+    layouts.agrees_on_states = agent.control_size() > 0 && layouts.truth == Truth::none;
   }
   return layouts;
 }
@@ -238,7 +247,8 @@ SessionTimes run_simulated(const Experiment& experiment, const RunOptions& optio
   const Watch watch(experiment, options);
   const std::vector<Job> jobs = jobs_of(experiment);
   check(!jobs.empty(), "an experiment has at least one protocol and one run");
-  return jobs.size() == 1 ? run_one(experiment, jobs.front(), watch, observer) : run_many(experiment, jobs, watch, observer);
+  const std::filesystem::path& spill = options.spill_directory;
+  return jobs.size() == 1 ? run_one(experiment, jobs.front(), spill, watch, observer) : run_many(experiment, jobs, spill, watch, observer);
 }
 
 }  // namespace consort

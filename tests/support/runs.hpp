@@ -12,7 +12,7 @@ namespace consort {
 
 /// The scalar estimates of all agents in one report.
 inline std::vector<double> scalars_at(const Trace& trace, std::size_t report) {
-  const auto row = std::span(trace.estimates).subspan(report * trace.agents * trace.dimension, trace.agents * trace.dimension);
+  const auto row = trace.estimates[report];
   return {row.begin(), row.end()};
 }
 inline std::vector<double> finals(const Trace& trace) { return scalars_at(trace, trace.rounds.size() - 1); }

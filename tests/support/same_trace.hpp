@@ -12,9 +12,10 @@
 namespace consort {
 
 /// Bits, so that what is absent equals what is absent.
-inline std::vector<std::uint64_t> bits_of(const std::vector<double>& values) {
+inline std::vector<std::uint64_t> bits_of(const Rows<double>& rows) {
   std::vector<std::uint64_t> bits;
-  for (const double value : values) bits.push_back(std::bit_cast<std::uint64_t>(value));
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    for (const double value : rows[row]) bits.push_back(std::bit_cast<std::uint64_t>(value));
   return bits;
 }
 

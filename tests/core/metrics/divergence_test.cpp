@@ -18,15 +18,15 @@ Experiment pair_of_agents() {
 }
 
 /// Agent 1 holds first(k), agent 2 second(k).
-Trace trace_of(const std::function<double(Round)>& first, const std::function<double(Round)>& second, Round every = 1) {
+Trace trace_of(const std::function<double(Round)>& first, const std::function<double(Round)>& second, Round every = 1, Round last = 100) {
   Trace trace;
   trace.agents = 2;
   trace.dimension = 1;
-  trace.last_round = 100;
-  for (Round k = 0; k <= 100; k += every) {
-    trace.rounds.push_back(k);
-    trace.estimates.push_back(first(k));
-    trace.estimates.push_back(second(k));
+  const std::array<std::uint64_t, 2> hashes{};
+  const std::array<AgentCounters, 2> counters{};
+  for (Round k = 0; k <= last; k += every) {
+    const std::array values{first(k), second(k)};
+    trace.add({k, values, hashes, counters});
   }
   return trace;
 }
@@ -119,7 +119,8 @@ TEST(Divergence, OfEstimatorsIsThatOfTheirError) {
   Trace trace = trace_of([](Round k) { return 1.0 + growing(k); }, [](Round k) { return 1.0 + growing(k); });
   trace.truth = Truth::state;
   trace.state_dimension = 1;
-  trace.states.assign(trace.rounds.size() * 2, 1.0);
+  trace.states = {};
+  for (std::size_t report = 0; report < trace.rounds.size(); ++report) trace.states.add(std::array{1.0, 1.0});
   const auto found = judged(trace);
   ASSERT_TRUE(found) << "they agree, on what is not so";
   EXPECT_TRUE(found->of_error);
@@ -132,14 +133,9 @@ TEST(Divergence, OfEstimatorsIsThatOfTheirError) {
 }
 
 TEST(Divergence, NeedsTheSameAgentsBeforeAndAfterAndEnoughRounds) {
-  Trace given_up = apart(growing);
-  for (std::size_t report = 70; report < given_up.rounds.size(); ++report) given_up.estimates[2 * report] = kAbsent;
-  EXPECT_FALSE(judged(given_up));
-  Trace brief = apart(growing);
-  brief.rounds.resize(6);
-  brief.last_round = 5;
-  brief.estimates = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 9};
-  EXPECT_FALSE(judged(brief));
+  EXPECT_FALSE(
+      judged(trace_of([](Round k) { return k < 70 ? 4.0 + growing(k) / 2.0 : kAbsent; }, [](Round k) { return 4.0 - growing(k) / 2.0; })));
+  EXPECT_FALSE(judged(trace_of([](Round) { return 0.0; }, [](Round k) { return k == 5 ? 9.0 : 0.0; }, 1, 5)));
 }
 
 }  // namespace

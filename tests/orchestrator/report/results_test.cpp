@@ -23,18 +23,21 @@ std::string text_of(const std::filesystem::path& file) {
   return text.str();
 }
 
-/// Agents that start at the given values and have all reached `value` after `rounds` rounds.
-JobOutcome agreed_on(const Job& job, double value, std::size_t dimension, Round rounds) {
+/// Two agents that have reached `value`, and `other`, after `rounds` rounds; agent 1 has started one below it.
+JobOutcome agreed_on(const Job& job, double value, std::size_t dimension, Round rounds, std::optional<double> other = {}) {
   JobOutcome outcome{job, {}, 0.5};
   Trace& trace = outcome.trace;
   trace.agents = 2;
   trace.dimension = dimension;
   trace.estimate_layout = {{{"x", dimension, 1}}, 0, 0};
-  trace.rounds = {0, rounds};
-  trace.estimates.assign(2 * 2 * dimension, value);
-  for (std::size_t i = 0; i < dimension; ++i) trace.estimates[i] = value - 1.0;  // agent 1 in round 0
+  std::vector<double> first(2 * dimension, value), last(2 * dimension, value);
+  std::fill_n(first.begin(), dimension, value - 1.0);
+  std::fill_n(last.begin() + static_cast<std::ptrdiff_t>(dimension), dimension, other.value_or(value));
+  const std::vector<std::uint64_t> hashes(2);
+  const std::vector<AgentCounters> counters(2);
+  trace.add({0, first, hashes, counters});
+  trace.add({rounds, last, hashes, counters});
   trace.hash = 7 + job.number;
-  trace.last_round = rounds;
   trace.totals = {100, 90, 10};
   return outcome;
 }
@@ -140,11 +143,7 @@ TEST(Results, RunsAreAveragedWithTheirDeviation) {
 }
 
 /// A run of two agents that comes to agree in round 30, or never does.
-JobOutcome perhaps_agreed(const Job& job, bool agrees) {
-  JobOutcome outcome = agreed_on(job, 5.0, 1, agrees ? 30 : 40);
-  if (!agrees) outcome.trace.estimates.back() = 4.0;
-  return outcome;
-}
+JobOutcome perhaps_agreed(const Job& job, bool agrees) { return agrees ? agreed_on(job, 5.0, 1, 30) : agreed_on(job, 5.0, 1, 40, 4.0); }
 
 TEST(Results, RunThatNeverConvergesCountsInTheShareAlone) {
   Experiment experiment = scalar_experiment({"local_voting"}, 3);
