@@ -83,6 +83,8 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
   verbs_.push_back(make_list_verb(app_));
   verbs_.push_back(make_doctor_verb(app_));
   verbs_.push_back(make_export_verb(app_));
+  verbs_.push_back(make_report_verb(app_));
+  verbs_.push_back(make_watch_verb(app_));
   for (CLI::App* verb : app_.get_subcommands({})) verb->set_help_flag("-h,--help", "Show this page.");
 }
 

@@ -9,8 +9,10 @@
 #include "orchestrator/cli/verbs.hpp"
 #include "orchestrator/report/findings.hpp"
 #include "orchestrator/report/left_out.hpp"
+#include "orchestrator/report/page.hpp"
 #include "orchestrator/report/results.hpp"
 #include "orchestrator/report/table.hpp"
+#include "orchestrator/report/watch.hpp"
 #include "orchestrator/run/dds_configuration.hpp"
 #include "orchestrator/run/host.hpp"
 #include "orchestrator/script/script.hpp"
@@ -22,6 +24,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <csignal>
 #include <filesystem>
 #include <limits>
@@ -57,6 +60,8 @@ class RunVerb : public Verb {
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
   Exit conclude(Summary summary) const;
+  std::string write_page(std::string& page) const;
+  [[nodiscard]] int port_to_watch() const;
 
   std::vector<std::string> command_line_;
   std::filesystem::path file_, output_option_;
@@ -65,11 +70,13 @@ class RunVerb : public Verb {
   std::optional<int> domain_;
   std::vector<std::string> external_texts_;
   std::vector<std::uint32_t> external_;  // ascending; 0: the plant
-  bool force_ = false;
+  bool force_ = false, no_report_ = false, open_ = false;
+  std::string watch_port_;  // a number, or any; empty: nobody watches
 
   Experiment experiment_;
   std::filesystem::path output_;
   std::optional<Scribe> scribe_;  // there from the moment the output folder holds anything
+  std::optional<Watch> watch_;
 };
 
 RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
@@ -79,7 +86,8 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       "run an experiment\n"
       "Runs the experiment in FILE, shows how it goes on standard error, prints a table of the results and keeps everything in a folder of "
       "its own: the resolved experiment (experiment.yaml), seed, versions and host (host.json), all figures (summary.json), every reported "
-      "estimate (record.sqlite, see `consort export`), what theory says of it (theory.json) and one log per process (logs/). What "
+      "estimate (record.sqlite, see `consort export`), what theory says of it (theory.json), one log per process (logs/), and a page that "
+      "shows it all (report.html, see `consort report`). What "
       "the command line says wins over the file.",
       {{"consort run experiments/meet_for_dinner.yaml", "Ten agent processes over DDS."},
        {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
@@ -119,6 +127,12 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
       ->type_name("DIR");
   add_output_flags("Print summary.json on standard output instead of the table; where nothing was run, why.",
                    "No table, and nothing on standard error but mistakes, failures, and what --external is to be entered with.");
+  app_.add_flag(
+          "--watch{any}", watch_port_,
+          "Show the page of the run in a browser while it goes on, at an address that is printed; --watch=PORT for a port of one's own.")
+      ->type_name("PORT");
+  app_.add_flag("--open", open_, "With --watch: open a browser.");
+  app_.add_flag("--no-report", no_report_, "Draw no page (report.html); `consort report` does it later.");
   app_.add_flag("--force", force_, "Run also what theory refuses: estimators that cannot see what they are to estimate, for example.");
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
@@ -217,11 +231,16 @@ Exit RunVerb::execute() {
   if (!force_) refuse_unsound(findings);
   catch_signals();
   output_ = make_output();
+  if (!watch_port_.empty()) watch_.emplace(output_, port_to_watch());
   std::filesystem::create_directory(output_ / "logs");
   write_file(output_ / "experiment.yaml", experiment_.resolved_text);
   write_file(output_ / "host.json",
              host_facts(experiment_, command_line_).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   scribe_.emplace(experiment_, output_, quiet_);
+  if (watch_) {
+    scribe_->note("watch: " + watch_->address());
+    if (open_) open_browser(watch_->address());
+  }
   if (experiment_.mode != Mode::simulate && configuration_faults(configuration_of_environment()).no_multicast)
     scribe_->note("CYCLONEDDS_URI turns multicast off: processes that find each other by it never will");
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
@@ -266,6 +285,27 @@ Exit RunVerb::abandon(Exit exit, const std::string& error) {
   return exit;
 }
 
+int RunVerb::port_to_watch() const {
+  if (watch_port_ == "any") return 0;
+  int port = 0;
+  const auto [end, error] = std::from_chars(watch_port_.data(), watch_port_.data() + watch_port_.size(), port);
+  if (error != std::errc() || end != watch_port_.data() + watch_port_.size() || port < 1 || port > 65535)
+    throw ConfigError(fmt::format("--watch: found '{}'; allowed: a port from 1 to 65535, or nothing: a free one", watch_port_));
+  return port;
+}
+
+/// What came in its way, or nothing: the record and the table are what counts, and `consort report` can draw the page later.
+std::string RunVerb::write_page(std::string& page) const {
+  try {
+    const auto file = output_ / "report.html";
+    write_file(file, page_of({output_}));
+    page = file.string();
+    return "";
+  } catch (const std::runtime_error& failure) {
+    return fmt::format("no page was drawn: {}", failure.what());
+  }
+}
+
 /// The results are shown whether they can be kept or not.
 Exit RunVerb::conclude(Summary summary) const {
   std::string lost;
@@ -276,7 +316,9 @@ Exit RunVerb::conclude(Summary summary) const {
     if (summary.error.empty()) summary.error = failure.what();
     if (summary.exit == Exit::ok || summary.exit == Exit::criterion_not_met) summary.exit = Exit::run_failed;
   }
-  show(render(summary, style_of(STDOUT_FILENO)), to_json(summary));
+  std::string page;
+  if (!no_report_ && lost.empty()) lost = write_page(page);
+  show(render(summary, style_of(STDOUT_FILENO)) + (page.empty() ? "" : fmt::format("  {}\n", page)), to_json(summary));
   if (!lost.empty()) say(lost);
   return summary.exit;
 }

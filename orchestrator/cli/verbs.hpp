@@ -41,6 +41,11 @@ std::unique_ptr<Verb> make_validate_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_list_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_doctor_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_export_verb(CLI::App& parent);
+std::unique_ptr<Verb> make_report_verb(CLI::App& parent);
+std::unique_ptr<Verb> make_watch_verb(CLI::App& parent);
+
+/// In whatever shows pages here; nothing happens where nothing does.
+void open_browser(const std::string& address);
 
 /// `consort` as a whole: parses, then runs the verb that was asked for.
 class CommandLine {
