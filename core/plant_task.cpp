@@ -54,7 +54,7 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
   check(experiment.plant.has_value(), "a plant task needs an experiment with a plant");
   const PlantSpec& plant = *experiment.plant;
   PlantTask task{plant.model, run_seed, experiment.dt, {}};
-  Graph support;
+  auto support = std::make_shared<const Graph>();
   const bool asks_distances = experiment.links.asks_distances() ||
                               std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
                                           [&](const ProtocolChoice& choice) { return experiment.links_of(choice).asks_distances(); });
@@ -63,7 +63,7 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
     const AgentId agent = agent_at(i);
     PlantPart part{plant.parameters_of(agent),
                    plant.initial_of(agent, experiment.agents, run_seed),
-                   experiment.sensed_by(agent, support),
+                   experiment.sensed_by(agent, *support),
                    plant.sensing == PlantSpec::Sensing::relative,
                    std::binary_search(plant.absolute.begin(), plant.absolute.end(), agent),
                    experiment.presence_of(agent),
@@ -76,7 +76,7 @@ PlantTask plant_task(const Experiment& experiment, Seed run_seed) {
         part.signals.push_back(SignalOf(agent, experiment.agents, run_seed, static_cast<std::uint32_t>(d))(disturbance));
     }
     if (asks_distances)
-      for (const Neighbour& neighbour : support.in_neighbours(agent)) part.distances.push_back(neighbour.id);
+      for (const Neighbour& neighbour : support->in_neighbours(agent)) part.distances.push_back(neighbour.id);
     task.parts.push_back(std::move(part));
   }
   return task;

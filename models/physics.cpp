@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace consort {
 namespace {
@@ -48,6 +49,9 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
     setup.initial.push_back(given.initial);
   }
   model_ = entry.make(setup);
+  const bool asks_distances =
+      std::any_of(task.parts.begin(), task.parts.end(), [](const PlantPart& any) { return !any.distances.empty(); });
+  std::set<std::uint32_t> state_disturbed;  // by which disturbances so far
   for (std::size_t index = 0; index < task.parts.size(); ++index) {
     const AgentId i = agent_at(index);
     const PlantPart& given = task.parts[index];
@@ -62,8 +66,7 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
               given.presence,
               {},
               given.distances};
-    if (std::any_of(task.parts.begin(), task.parts.end(), [](const PlantPart& any) { return !any.distances.empty(); }))
-      find_position(i, part);
+    if (asks_distances) find_position(i, part);
     if (index == 0 || part.n > parts_[index_of(largest_)].n) largest_ = i;
     if (index == 0 || !model_->shared()) {
       const Vector x = model_->initial_state(i);
@@ -78,12 +81,7 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
                           " relative to itself: their outputs have other lengths; allowed: equal ones");
     for (const Signal& signal : given.signals) {
       // The one state of all is disturbed once, by the first agent the disturbance names.
-      const auto named_before = [&](const PlantPart& before) {
-        return std::any_of(before.signals.begin(), before.signals.end(),
-                           [&](const Signal& other) { return other.number == signal.number; });
-      };
-      const auto here = task.parts.begin() + static_cast<std::ptrdiff_t>(index);
-      if (model_->shared() && signal.on == Disturbance::On::state && std::any_of(task.parts.begin(), here, named_before)) continue;
+      if (model_->shared() && signal.on == Disturbance::On::state && !state_disturbed.insert(signal.number).second) continue;
       const std::size_t size = signal.on == Disturbance::On::state ? part.n : signal.on == Disturbance::On::input ? part.m : part.p;
       part.sources.push_back(source_of(i, signal, size));
     }

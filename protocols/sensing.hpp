@@ -5,7 +5,10 @@
 #include "core/errors.hpp"
 #include "protocols/protocol.hpp"
 
+#include <algorithm>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace consort {
 
@@ -21,11 +24,8 @@ class Sensing {
     if (size_ == 0)
       throw ConfigError("protocol " + std::string(protocol) + ": agent " + std::to_string(setup.self.value) +
                         " measures nothing; allowed: a plant with outputs");
-    for (Eigen::Index s = 0; s < ids.size(); ++s) {
-      const auto id = static_cast<std::size_t>(ids[s]);
-      if (place_.size() < id) place_.resize(id, -1);
-      place_[id - 1] = s * size_;
-    }
+    for (Eigen::Index s = 0; s < ids.size(); ++s) places_.emplace_back(static_cast<std::uint32_t>(ids[s]), s * size_);
+    std::sort(places_.begin(), places_.end());
   }
 
   /// Length of one output.
@@ -34,10 +34,11 @@ class Sensing {
   [[nodiscard]] Output own(const Sense& sense) const { return output(sense, 0); }
   /// y_ij in the measurement of one round. Throws RunError if the agent does not measure j.
   [[nodiscard]] Output of(AgentId j, const Sense& sense) const {
-    if (index_of(j) >= place_.size() || place_[index_of(j)] < 0)
+    const auto at = std::lower_bound(places_.begin(), places_.end(), std::pair{j.value, Eigen::Index{0}});
+    if (at == places_.end() || at->first != j.value)
       throw RunError(std::string(protocol_) + ": agent " + std::to_string(self_.value) + " hears agent " + std::to_string(j.value) +
                      " but does not measure it; the plant needs 'sensing: neighbours'");
-    return output(sense, place_[index_of(j)]);
+    return output(sense, at->second);
   }
 
  private:
@@ -50,7 +51,7 @@ class Sensing {
   std::string_view protocol_;
   AgentId self_;
   Eigen::Index size_ = 0;
-  std::vector<Eigen::Index> place_;  // by agent: where its output begins; -1: not measured
+  std::vector<std::pair<std::uint32_t, Eigen::Index>> places_;  // whose outputs there are, ascending, and where each begins
 };
 
 /// What a protocol that takes its x from the plant (n x 1) has in its record before the first measurement: the initial x if one is given,

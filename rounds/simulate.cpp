@@ -16,7 +16,8 @@ constexpr Round kNobodyRunsAhead = 1;  // of the agents here
 // All agents of one run, side by side in memory.
 class World {
  public:
-  World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed);
+  // `while_made` is called before each agent is made.
+  World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made);
   void advance(Round k);  // from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
   [[nodiscard]] Trace empty_trace() const { return maker_.empty_trace(members_[0].protocol()); }
@@ -36,7 +37,7 @@ class World {
   Seed seed_;
   Schedule schedule_;
   Schedule::Segment segment_;
-  Graph support_;
+  std::shared_ptr<const Graph> support_;
   std::vector<std::vector<Told>> told_;            // by agent: what it is told, and when; empty where nobody announces anything
   std::vector<Member> members_;                    // by agent
   std::vector<double> numbers_;                    // of all members, side by side: neighbours read them
@@ -59,7 +60,7 @@ class World {
   std::vector<AgentCounters> counters_;
 };
 
-World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed)
+World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made)
     : experiment_(experiment),
       choice_(choice),
       entry_(find_protocol(choice.name)),
@@ -71,10 +72,11 @@ World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed se
   physics_ = maker_.physics();
   const std::size_t n = experiment.agents;
   check(n >= 1, "a world has agents");
-  if (entry_.announces) told_ = announcements(support_, experiment.presence);
+  if (entry_.announces) told_ = announcements(*support_, experiment.presence);
   members_.reserve(n);
   messages_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
+    if (while_made) while_made();
     const AgentId self = agent_at(i);
     members_.push_back(member(self, experiment.presence_of(self).from));
     measurements_.emplace_back(physics_ ? physics_->measurement_size(self) : 0);
@@ -103,7 +105,8 @@ Member World::member(AgentId agent, Round first) {
   if (numbers_.empty()) numbers_.resize(experiment_.agents * size);
   const bool alike = numbers_.size() == experiment_.agents * size;  // else the dimensions are refused
   std::vector<AgentId> senders;
-  for (const Neighbour& neighbour : support_.in_neighbours(agent)) senders.push_back(neighbour.id);
+  senders.reserve(support_->in_degree(agent));
+  for (const Neighbour& neighbour : support_->in_neighbours(agent)) senders.push_back(neighbour.id);
   return Member({.agent = agent,
                  .attendance = experiment_.presence_of(agent),
                  .first = first,
@@ -228,8 +231,19 @@ void run(World& world, const Experiment& experiment, const ReportSink& sink, Tra
 
 }  // namespace
 
-void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace) {
-  World world(experiment, protocol, run_seed);
+double bytes_to_simulate(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& agent) {
+  constexpr double kAgent = 2000.0, kCopies = 4.0;  // of an agent beside its numbers; of those, in its state and on their way
+  const auto n = static_cast<double>(experiment.agents), edges = experiment.schedule(experiment.seed).most_edges();
+  const auto numbers = static_cast<double>(agent.message_layout().size() + agent.estimate_layout().size() + agent.recorded_layout().size());
+  const double per_edge = Mailbox::bytes_per_sender(agent.message_layout(), experiment.links_of(choice)) + sizeof(LinkTotals);
+  const double drawn = std::holds_alternative<RandomPairs>(experiment.topology) ? sizeof(Neighbour) : 0.0;
+  const double heard_of = find_protocol(choice.name).announces ? n * (sizeof(Values*) + 2.0 * sizeof(Told)) : 0.0;
+  return n * (kAgent + kCopies * sizeof(double) * numbers + heard_of) + edges * (per_edge + drawn);
+}
+
+void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace,
+              const WhileMade& while_made) {
+  World world(experiment, protocol, run_seed, while_made);
   const std::shared_ptr<Shelf> shelf = trace.shelf;
   trace = world.empty_trace();
   trace.shelf = shelf;
@@ -242,9 +256,10 @@ void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed
   trace.links = world.links();
 }
 
-Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink) {
+Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink,
+               const WhileMade& while_made) {
   Trace trace;
-  simulate(experiment, protocol, run_seed, sink, trace);
+  simulate(experiment, protocol, run_seed, sink, trace, while_made);
   return trace;
 }
 

@@ -11,11 +11,19 @@ namespace consort {
 /// Called for each reported round, in order; may be empty. Return false to end the run early (an interrupted user).
 using ReportSink = std::function<bool(const RoundReport&)>;
 
+/// Called for every agent as it is made, which takes time where there are many; may be empty, and may throw to end that.
+using WhileMade = std::function<void()>;
+
+/// About how many bytes simulate() takes for all agents of one run, each like `agent`; what the trace keeps is not among them.
+double bytes_to_simulate(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& agent);
+
 /// Runs one protocol of the experiment with one seed. Exactly the rounds of docs/architecture.md.
 /// Throws ConfigError (a protocol refuses its values) or RunError (an estimate became non-finite: names agent, round, protocol).
-Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink = {});
+Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink = {},
+               const WhileMade& while_made = {});
 /// The same into `trace`, whose shelf is used, and which holds what was known by then also when this throws: reports and links. Without
 /// agents: it never began.
-void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace);
+void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace,
+              const WhileMade& while_made = {});
 
 }  // namespace consort

@@ -10,10 +10,10 @@ namespace {
 /// The only agent that never hears anybody, where others may follow it.
 std::optional<AgentId> leader_of(const Experiment& experiment, Seed seed) {
   if (experiment.agents < 2) return std::nullopt;
-  const Graph support = experiment.schedule(seed).support(experiment.rounds);
+  const auto support = experiment.schedule(seed).support(experiment.rounds);
   std::optional<AgentId> leader;
   for (std::size_t i = 0; i < experiment.agents; ++i) {
-    if (support.in_degree(agent_at(i)) > 0) continue;
+    if (support->in_degree(agent_at(i)) > 0) continue;
     if (leader) return std::nullopt;
     leader = agent_at(i);
   }

@@ -10,7 +10,7 @@ namespace consort {
 Mailbox::Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window,
                  Round first)
     : senders_(std::move(senders)),
-      counters_(senders_.size()),
+      delivered_(senders_.size()),
       size_(layout.size()),
       noise_offset_(layout.noise_offset),
       noise_size_(layout.noise_size),
@@ -23,9 +23,6 @@ Mailbox::Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layou
     check(from > previous && from != self, "Mailbox: senders are ascending, numbered from 1, and never the agent itself");
     previous = from;
   }
-  slots_.assign(previous.value, kUnknown);
-  for (std::uint32_t slot = 0; slot < senders_.size(); ++slot) slots_[index_of(senders_[slot])] = slot;
-
   make_lines(self, links, seed);
 }
 
@@ -35,6 +32,7 @@ void Mailbox::make_lines(AgentId self, const LinkModel& links, Seed seed) {
   if (ideal) return;
   ideal = true;
   bool disturbs = false;
+  lines_.reserve(senders_.size());
   for (const AgentId from : senders_) {
     Line& line = lines_.emplace_back();
     for (const auto& [since, spec] : links.periods({from, self})) {
@@ -44,8 +42,22 @@ void Mailbox::make_lines(AgentId self, const LinkModel& links, Seed seed) {
       disturbs = disturbs || link.disturbs();
     }
   }
-  if (ideal) lines_.clear();
+  if (ideal) lines_ = {};
+  counters_.resize(lines_.size());
   if (disturbs) disturbed_.resize(senders_.size() * size_);
+}
+
+double Mailbox::bytes_per_sender(const Layout& layout, const LinkModel& links) {
+  constexpr double kAllocation = 16.0, kIdeal = sizeof(AgentId) + sizeof(std::uint64_t) + sizeof(Received);
+  bool ideal = true, noisy = false;
+  links.for_each([&](const LinkSpec& spec) {
+    ideal = ideal && spec.ideal();
+    noisy = noisy || spec.noise_covariance.size() > 0 || spec.quantiser;
+  });
+  if (ideal) return kIdeal;
+  const auto noise = static_cast<double>(layout.noise_size);
+  const double disturbed = noisy ? sizeof(double) * (static_cast<double>(layout.size()) + 2.0 * noise * noise) : 0.0;
+  return kIdeal + sizeof(LinkCounters) + sizeof(Line) + sizeof(std::pair<Round, Link>) + kAllocation + disturbed;
 }
 
 void Mailbox::Ring::grow(Round next, Round sent, std::size_t size) {
@@ -99,7 +111,7 @@ std::optional<Received> Mailbox::take_late(const Neighbour& from, Round sent, st
   else
     cross(sent, from, slot, payload);
   if (inbox_.empty()) return std::nullopt;
-  ++counters_[slot].delivered;
+  ++delivered_[slot];
   return inbox_.front();
 }
 
@@ -139,7 +151,8 @@ void Mailbox::send(Round k, Round late, const Neighbour& neighbour, std::size_t 
 /// Completes the inbox of round k with what was under way until now, and counts.
 void Mailbox::add_due(Round k) {
   if (delays_) {
-    for (const Received& received : inbox_) lines_[slot_of(received.from)].at_once = true;
+    Lookup slot_of_next(senders_);
+    for (const Received& received : inbox_) lines_[slot_of_next(received.from)].at_once = true;
     due_.clear();
     for (std::size_t slot = 0; slot < lines_.size(); ++slot) {
       Line& line = lines_[slot];
@@ -160,19 +173,26 @@ void Mailbox::add_due(Round k) {
                    [](const Received& a, const Received& b) { return a.from < b.from; });
     inbox_.swap(merged_);
   }
-  for (const Received& received : inbox_) ++counters_[slot_of(received.from)].delivered;
+  Lookup slot_of_next(senders_);
+  for (const Received& received : inbox_) ++delivered_[slot_of_next(received.from)];
+}
+
+LinkCounters Mailbox::counters_of(std::size_t slot) const {
+  LinkCounters counters = counters_.empty() ? LinkCounters{} : counters_[slot];
+  counters.delivered = delivered_[slot];
+  return counters;
 }
 
 LinkCounters Mailbox::counters() const {
   LinkCounters total;
-  for (const LinkCounters& counters : counters_) total += counters;
+  for (std::size_t slot = 0; slot < senders_.size(); ++slot) total += counters_of(slot);
   return total;
 }
 
 LinkCounters Mailbox::counters(AgentId from) const {
   const std::uint32_t slot = slot_of(from);
   check(slot != kUnknown, "Mailbox::counters: not one of the senders");
-  return counters_[slot];
+  return counters_of(slot);
 }
 
 void Mailbox::refuse(AgentId from, Round k, const char* why) {

@@ -37,6 +37,9 @@ class Mailbox {
   Mailbox(AgentId self, std::vector<AgentId> senders, const Layout& layout, const LinkModel& links, Seed seed, Round window,
           Round first = 0);
 
+  /// About how many bytes there are in a mailbox for each of its senders.
+  static double bytes_per_sender(const Layout& layout, const LinkModel& links);
+
   /// Takes a copy of what `from` emitted in round `sent`. Order of calls never matters. No allocation in steady state.
   /// `stale`: that round has been taken. `too_early`: more than `window` rounds ahead of the next round to take. `duplicate`: the first one
   /// is kept.
@@ -88,7 +91,29 @@ class Mailbox {
     void grow(Round next, Round sent, std::size_t size);
   };
 
-  [[nodiscard]] std::uint32_t slot_of(AgentId from) const { return index_of(from) < slots_.size() ? slots_[index_of(from)] : kUnknown; }
+  /// Looks senders up one after the other, ascending: the next one is usually near, if not the very next.
+  class Lookup {
+   public:
+    explicit Lookup(std::span<const AgentId> senders) : senders_(senders) {}
+    std::uint32_t operator()(AgentId from) {
+      for (int step = 0; at_ < senders_.size() && senders_[at_] < from; ++at_)
+        if (++step == kSteps) {
+          at_ = static_cast<std::size_t>(std::lower_bound(senders_.begin() + static_cast<std::ptrdiff_t>(at_), senders_.end(), from) -
+                                         senders_.begin());
+          break;
+        }
+      return at_ < senders_.size() && senders_[at_] == from ? static_cast<std::uint32_t>(at_) : kUnknown;
+    }
+
+   private:
+    static constexpr int kSteps = 8;
+    std::span<const AgentId> senders_;
+    std::size_t at_ = 0;
+  };
+  [[nodiscard]] std::uint32_t slot_of(AgentId from) const {
+    const auto at = std::lower_bound(senders_.begin(), senders_.end(), from);
+    return at != senders_.end() && *at == from ? static_cast<std::uint32_t>(at - senders_.begin()) : kUnknown;
+  }
   template <class PayloadOf>  // payload_of(sender, slot)
   Inbox close(Round k, std::span<const Neighbour> in_neighbours, const PayloadOf& payload_of);
   /// A sender's link as it changes over the rounds, and what has come over it.
@@ -108,16 +133,17 @@ class Mailbox {
   void cross(Round k, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload);
   void send(Round k, Round late, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload);
   void add_due(Round k);
+  [[nodiscard]] LinkCounters counters_of(std::size_t slot) const;
   [[noreturn]] static void refuse(AgentId from, Round k, const char* why);
 
-  std::vector<AgentId> senders_;        // by slot, ascending
-  std::vector<std::uint32_t> slots_;    // by position of the agent: its slot, or kUnknown
-  std::vector<LinkCounters> counters_;  // by slot
-  std::vector<Line> lines_;             // by slot; empty if all links are ideal
-  bool delays_ = false;                 // some link delays or copies
-  std::vector<double> distances_;       // by slot; empty: all are near
-  std::vector<double> disturbed_;       // by slot: payloads with noise; empty if no link adds any
-  std::vector<Ring> rings_;             // by slot; empty until the first post
+  std::vector<AgentId> senders_;          // by slot, ascending
+  std::vector<std::uint64_t> delivered_;  // by slot
+  std::vector<LinkCounters> counters_;    // by slot: all but `delivered`; empty if all links are ideal
+  std::vector<Line> lines_;               // by slot; empty if all links are ideal
+  bool delays_ = false;                   // some link delays or copies
+  std::vector<double> distances_;         // by slot; empty: all are near
+  std::vector<double> disturbed_;         // by slot: payloads with noise; empty if no link adds any
+  std::vector<Ring> rings_;               // by slot; empty until the first post
   std::vector<Received> inbox_, due_, merged_;
   std::size_t size_;  // numbers in a payload
   std::size_t noise_offset_, noise_size_;
@@ -132,16 +158,17 @@ Inbox Mailbox::close(Round k, std::span<const Neighbour> in_neighbours, const Pa
   const bool ideal = lines_.empty();
   inbox_.resize(ideal ? in_neighbours.size() : 0);
   Received* received = inbox_.data();
+  Lookup slot_of_next(senders_);
   AgentId previous{0};
   for (const Neighbour& neighbour : in_neighbours) {
-    const std::uint32_t slot = slot_of(neighbour.id);
-    if (slot == kUnknown) refuse(neighbour.id, k, "is not one of the senders");
     if (neighbour.id <= previous) refuse(neighbour.id, k, "is out of order: in-neighbours are ascending");
     previous = neighbour.id;
+    const std::uint32_t slot = slot_of_next(neighbour.id);
+    if (slot == kUnknown) refuse(neighbour.id, k, "is not one of the senders");
     const std::span<const double> payload = payload_of(neighbour.id, slot);
     if (payload.size() != size_) refuse(neighbour.id, k, "has a message of the wrong size");
     if (ideal) {
-      ++counters_[slot].delivered;
+      ++delivered_[slot];
       *received++ = {neighbour.id, k, neighbour.weight, payload};
     } else {
       cross(k, neighbour, slot, payload);

@@ -291,14 +291,31 @@ Schedule::Segment Schedule::segment(Round k) const {
   return {std::max(span.first, epochs_[epoch].first), std::min(span.last, last_of_epoch(epoch)), graph_of(span.index, epoch)};
 }
 
-Graph Schedule::support(Round rounds) const {
-  if (std::holds_alternative<FixedSchedule>(spec_)) return union_over(0, rounds);
+std::shared_ptr<const Graph> Schedule::support(Round rounds) const {
+  const auto* fixed = std::get_if<FixedSchedule>(&spec_);
   const auto* links = std::get_if<RandomLinks>(&spec_);
-  Schedule possible = *this;  // every edge that may be drawn, under the same events
-  possible.spec_ = for_ever(links != nullptr ? links->base : std::make_shared<const Graph>(complete(agents_)));
-  possible.ends_ = {1};
-  possible.memory_ = std::make_shared<Memory>();
-  return possible.union_over(0, rounds);
+  if (rounds == 0 || (fixed != nullptr && fixed->intervals.size() > 1)) return std::make_shared<const Graph>(union_over(0, rounds));
+  // Every edge that may be drawn, but for those that are missing throughout.
+  const auto all = fixed != nullptr   ? fixed->intervals.front().graph
+                   : links != nullptr ? links->base
+                                      : std::make_shared<const Graph>(complete(agents_));
+  const std::span during(epochs_.data(), epoch_of(rounds - 1) + 1);
+  if (std::any_of(during.begin(), during.end(), [](const Epoch& epoch) { return epoch.whole(); })) return all;
+  auto edges = all->edges();
+  std::erase_if(edges, [&](const WeightedEdge& e) {
+    return std::all_of(during.begin(), during.end(), [&e](const Epoch& epoch) { return epoch.lacks(e.edge); });
+  });
+  return std::make_shared<const Graph>(agents_, std::span<const WeightedEdge>(edges));
+}
+
+double Schedule::most_edges() const {
+  const double pairs = static_cast<double>(agents_) * (static_cast<double>(agents_) - 1.0);
+  if (const auto* links = std::get_if<RandomLinks>(&spec_)) return static_cast<double>(links->base->edge_count());
+  const auto* fixed = std::get_if<FixedSchedule>(&spec_);
+  if (fixed == nullptr) return pairs;
+  double edges = 0.0;
+  for (const auto& interval : fixed->intervals) edges += static_cast<double>(interval.graph->edge_count());
+  return std::min(edges, pairs);
 }
 
 Graph Schedule::union_over(Round first, Round window) const {

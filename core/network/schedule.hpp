@@ -90,8 +90,13 @@ class Schedule {
   [[nodiscard]] Segment segment(Round k) const;
   [[nodiscard]] std::shared_ptr<const Graph> at(Round k) const { return segment(k).graph; }
 
-  /// Every edge that can ever be present in rounds [0, rounds). For random specifications: the support, not the sample.
-  [[nodiscard]] Graph support(Round rounds) const;
+  /// Every edge that can ever be present in rounds [0, rounds). For random specifications: the support, not the sample. One graph object
+  /// with segment() where it is the graph of those rounds.
+  [[nodiscard]] std::shared_ptr<const Graph> support(Round rounds) const;
+  /// Every round has its own draw of all edges that there may be.
+  [[nodiscard]] bool draws_edges() const { return std::holds_alternative<RandomLinks>(spec_); }
+  /// As many edges as support() has at most.
+  [[nodiscard]] double most_edges() const;
   /// Union of the graphs of rounds [first, first + window); largest weights.
   [[nodiscard]] Graph union_over(Round first, Round window) const;
   [[nodiscard]] std::size_t agents() const { return agents_; }

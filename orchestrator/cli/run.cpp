@@ -254,8 +254,15 @@ Exit RunVerb::execute() {
     else
       scribe_->note(line);
   }
-  scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
-                                                   : run_processes(experiment_, run_options, *scribe_));
+  try {
+    scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
+                                                     : run_processes(experiment_, run_options, *scribe_));
+  } catch (const SeedRefused& refused) {
+    // Read with that seed, the file is refused with the place.
+    overrides_.seed = refused.seed.value;
+    static_cast<void>(load_experiment(file_, overrides_));
+    throw;
+  }
   scribe_->close();
   const int signal = caught_signal().load();
   const Summary summary = signal == 0 ? scribe_->summary(Exit::ok, "")

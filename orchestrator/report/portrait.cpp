@@ -52,7 +52,7 @@ std::string stop_text(const Experiment& experiment) {
 }
 
 std::string facts(const Experiment& experiment, const TextStyle& style) {
-  const std::size_t processes = place(experiment).processes.size();
+  const std::size_t processes = processes_of(experiment).size();
   std::string out;
   out += fact("mode",
               experiment.mode == Mode::simulate
@@ -119,12 +119,12 @@ std::string picture(const Experiment& experiment, const TextStyle& style) {
   if (n > kMostDrawn) return "";
   const Schedule schedule = experiment.schedule(experiment.seed);
   const auto now = schedule.at(0);
-  const Graph ever = schedule.support(experiment.rounds);
+  const auto ever = schedule.support(experiment.rounds);
   const char* here = style.unicode ? "●" : "#";
   const char* later = style.unicode ? "○" : "o";
   const char* never = style.unicode ? "·" : ".";
   std::string out = fmt::format("\n  {}: row i receives from the columns with {}", toned("Who hears whom", Tone::strong, style), here);
-  out += ever == *now ? "\n" : fmt::format(" in round 0,\n  with {} in another round\n", later);
+  out += *ever == *now ? "\n" : fmt::format(" in round 0,\n  with {} in another round\n", later);
   out += "       ";
   for (std::size_t j = 1; j <= n; ++j) out += fmt::format("{:>3}", j);
   out += "\n";
@@ -133,7 +133,7 @@ std::string picture(const Experiment& experiment, const TextStyle& style) {
     for (std::size_t j = 1; j <= n; ++j) {
       if (i == n && j == n) break;  // nothing but the empty diagonal is left
       const Edge edge{agent_at(j - 1), agent_at(i - 1)};
-      out += fmt::format("  {}", i == j ? " " : now->has(edge) ? here : ever.has(edge) ? later : never);
+      out += fmt::format("  {}", i == j ? " " : now->has(edge) ? here : ever->has(edge) ? later : never);
     }
     out += "\n";
   }

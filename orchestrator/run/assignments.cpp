@@ -36,7 +36,7 @@ Assignments::Assignments(const Experiment& experiment, const Placement& placemen
       job_(job),
       epoch_(epoch),
       maker_(experiment, experiment.protocols[job.protocol], job.seed) {
-  if (find_protocol(protocol().name).announces) told_ = announcements(placement.support, experiment.presence);
+  if (find_protocol(protocol().name).announces) told_ = announcements(*placement.support, experiment.presence);
   const std::unique_ptr<Protocol> agent = maker_.make(agent_at(0));
   steers_ = experiment.plant && agent->control_size() > 0;
   layouts_ = layouts_of(experiment, protocol(), maker_, *agent);
@@ -59,7 +59,7 @@ Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {
     if (!change.edge) common.link_changes.push_back(change);
   if (maker_.physics()) common.largest_state = static_cast<std::uint32_t>(maker_.physics()->state_layout().size());
   common.largest_control = static_cast<std::uint32_t>(maker_.largest_control());
-  common.relays = need_relays(told_, placement_.support, experiment_.presence);
+  common.relays = need_relays(told_, *placement_.support, experiment_.presence);
   common.plant = experiment_.plant.has_value();
   common.steers = steers_;
   common.recorded = experiment_.recording.state;
@@ -94,7 +94,7 @@ MemberTask Assignments::member(AgentId agent, Round now) const {
   if (const auto own = experiment_.overrides.find(agent); own != experiment_.overrides.end()) member.parameters = own->second.parameters;
   member.hears_everyone = hears_everyone(placement_, agent);
   if (!member.hears_everyone) {
-    for (const Neighbour& neighbour : placement_.support.in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
+    for (const Neighbour& neighbour : placement_.support->in_neighbours(agent)) member.in_neighbours.push_back(neighbour.id);
   }
   const std::vector<Attendance> stays = experiment_.presence_of(agent).stays();
   const auto stay = std::find_if(stays.begin(), stays.end(), [now](const Attendance& each) { return each.until > now; });

@@ -3,6 +3,7 @@
 
 #include "core/experiment.hpp"
 
+#include <memory>
 #include <vector>
 
 namespace consort {
@@ -16,11 +17,14 @@ struct ProcessPlan {
 struct Placement {
   std::vector<ProcessPlan> processes;
   std::vector<std::size_t> process_of;            ///< by agent index
-  Graph support;                                  ///< every edge any round of any job may use
+  std::shared_ptr<const Graph> support;           ///< every edge any round of any job may use
   std::vector<std::vector<std::size_t>> readers;  ///< by agent index: other processes in which somebody may hear it, ascending
   bool neighbour_discovery = false;               ///< unicast along the edges; else multicast, everybody finds everybody
   bool multicast_data = false;                    ///< one packet for all: most processes read each message
 };
+
+/// Who is hosted with whom; without neighbours, which the graphs decide.
+std::vector<ProcessPlan> processes_of(const Experiment& experiment);
 
 Placement place(const Experiment& experiment);
 

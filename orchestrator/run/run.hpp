@@ -1,6 +1,7 @@
 #pragma once
 /// Running an experiment: the same jobs, the same observer, two drivers.
 
+#include "core/errors.hpp"
 #include "core/experiment.hpp"
 #include "core/trace.hpp"
 #include "idl/refusal.hpp"
@@ -27,6 +28,12 @@ struct JobOutcome {
   Trace trace;
   double seconds = 0.0;  ///< wall clock from round 0 to the last round
   RunEnd end = {};
+};
+
+/// A protocol refuses what a run with this seed would start from.
+struct SeedRefused : ConfigError {
+  SeedRefused(Seed of, const std::string& text) : ConfigError(text), seed(of) {}
+  Seed seed;
 };
 
 /// Names of the numbers a run deals with.

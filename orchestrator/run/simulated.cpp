@@ -40,17 +40,25 @@ class Watch {
   [[nodiscard]] bool expired() const { return elapsed_since(start_) > deadline_seconds_; }
   [[nodiscard]] bool ended() const { return interrupted() || expired(); }
 
+  /// Throws if it is time to end before round 0.
+  void check_while_made(const Experiment& experiment, const Job& job) const {
+    if (interrupted()) throw RunError(fmt::format("interrupted while {} agents were made", experiment.agents));
+    if (!expired()) return;
+    throw TimeoutError(fmt::format("the deadline of {:g} s passed before round 0, while {} agents were made ({}, seed {}); {}",
+                                   deadline_seconds_, experiment.agents, experiment.protocols.at(job.protocol).title(), job.seed.value,
+                                   kLongerDeadline));
+  }
+
   /// Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
   void check_deadline(const Experiment& experiment, const JobOutcome& outcome) const {
     if (interrupted()) return;
-    throw TimeoutError(
-        fmt::format("the deadline of {:g} s passed in round {} of {} ({}, seed {}); a longer one is written `stop: {{deadline: ...}}` in "
-                    "the experiment",
-                    deadline_seconds_, outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).title(),
-                    outcome.job.seed.value));
+    throw TimeoutError(fmt::format("the deadline of {:g} s passed in round {} of {} ({}, seed {}); {}", deadline_seconds_,
+                                   outcome.trace.last_round, experiment.rounds, experiment.protocols.at(outcome.job.protocol).title(),
+                                   outcome.job.seed.value, kLongerDeadline));
   }
 
  private:
+  static constexpr std::string_view kLongerDeadline = "a longer one is written `stop: {deadline: ...}` in the experiment";
   const std::atomic<int>* interrupt_;
   Clock::time_point start_;
   Seconds deadline_seconds_;
@@ -108,9 +116,10 @@ void conclude(const Finished& finished, RunObserver& observer) {
   if (finished.failure) std::rethrow_exception(finished.failure);
 }
 
-/// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so.
+/// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so, or as `while_made` throws.
 template <class Each, class Ended>
-Finished run_job(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch, Ended&& ended,
+Finished run_job(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch,
+                 const WhileMade& while_made, Ended&& ended,
                  Each&& each) {
   Finished finished;
   std::optional<Clock::time_point> round_zero;
@@ -127,7 +136,9 @@ Finished run_job(const Experiment& experiment, const Job& job, const std::filesy
   Trace& trace = finished.outcome.trace;
   trace.shelf = spill_in(spill);
   try {
-    simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink, trace);
+    simulate(experiment, experiment.protocols.at(job.protocol), job.seed, sink, trace, while_made);
+  } catch (const ConfigError& refusal) {
+    throw SeedRefused(job.seed, refusal.what());
   } catch (const std::exception&) {
     if (trace.rounds.empty()) throw;  // it never began
     finished.fail();
@@ -143,13 +154,16 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const std::fi
   observer.run_begins(job, layouts_of(experiment, job));
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
-      experiment, job, spill, watch, [&] { return watch.ended(); },
+      experiment, job, spill, watch, [&] { watch.check_while_made(experiment, job); }, [&] { return watch.ended(); },
       [&](const Finished&, const RoundReport& report) { teller.report(report); });
   if (finished.outcome.end.ending == Ending::nobody_left) teller.rest(finished.outcome.trace.last_round);
   conclude(finished, observer);
   if (finished.ended_early) watch.check_deadline(experiment, finished.outcome);
   return {finished.began_seconds, finished.outcome.seconds};
 }
+
+/// A job that ends before its round 0, because nobody waits for it any more.
+struct Dropped : std::exception {};
 
 /// Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
 class Workers {
@@ -159,7 +173,12 @@ class Workers {
     for (const Job& job : jobs) {
       tasks_.emplace_back([&experiment, &spill, &watch, job](const std::stop_token& stop) {
         return run_job(
-            experiment, job, spill, watch, [&] { return stop.stop_requested() || watch.ended(); },
+            experiment, job, spill, watch,
+            [&] {
+              if (stop.stop_requested() || watch.interrupted()) throw Dropped{};
+              watch.check_while_made(experiment, job);
+            },
+            [&] { return stop.stop_requested() || watch.ended(); },
             [](Finished& finished, const RoundReport& report) { finished.keep(report); });
       });
     }
@@ -205,7 +224,12 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
   Workers workers(experiment, jobs, spill, watch);
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
-    Finished finished = workers.next();
+    Finished finished;
+    try {
+      finished = workers.next();
+    } catch (const Dropped&) {
+      break;
+    }
     observer.run_begins(job, layouts);
     try {
       finished.replay(experiment, observer);

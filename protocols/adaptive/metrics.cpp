@@ -22,9 +22,9 @@ std::optional<std::size_t> place_of(const Layout& layout, std::initializer_list<
 
 /// Whether each agent may ever hear somebody: the gain of one that does not (a leader) means nothing.
 std::vector<char> hearing(const Experiment& experiment, Seed seed) {
-  const Graph support = experiment.schedule(seed).support(experiment.rounds);
+  const auto support = experiment.schedule(seed).support(experiment.rounds);
   std::vector<char> hears;
-  for (std::size_t i = 0; i < experiment.agents; ++i) hears.push_back(support.in_degree(agent_at(i)) > 0 ? 1 : 0);
+  for (std::size_t i = 0; i < experiment.agents; ++i) hears.push_back(support->in_degree(agent_at(i)) > 0 ? 1 : 0);
   return hears;
 }
 

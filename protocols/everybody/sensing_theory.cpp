@@ -10,14 +10,14 @@
 namespace consort {
 
 void ask_sensing_is_communicated(const TheoryCase& of, const std::vector<Values>& knowledge, Findings& out) {
-  const Graph support = of.experiment.schedule(of.experiment.seed).support(of.experiment.rounds);
+  const auto support = of.experiment.schedule(of.experiment.seed).support(of.experiment.rounds);
   const std::string condition = "sensing edges are communication edges in both directions";
   for (std::size_t i = 0; i < knowledge.size(); ++i) {
     if (!knowledge[i].has("relative")) continue;
     for (const double number : knowledge[i].vector("relative")) {
       const AgentId self = agent_at(i), j{static_cast<std::uint32_t>(number)};
       for (const Edge edge : {Edge{self, j}, Edge{j, self}}) {
-        if (support.has(edge)) continue;
+        if (support->has(edge)) continue;
         out.add(Rating::refused, condition,
                 fmt::format("agent {} measures agent {}, but the edge {} -> {} is missing", word(self), word(j), word(edge.from),
                             word(edge.to)),

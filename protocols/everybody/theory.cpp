@@ -261,7 +261,7 @@ class ObserverExamination {
     const double cost = 2.0 * spectrum_cost(static_cast<double>(one.of.system.error_size()));
     ask_short_step(of_, out_, "the sampled scheme", {radius, std::min(experiment_.dt, 1e-3), cost, where(one)},
                    fmt::format("correct and predict once a round is stable, and {}-order accurate in dt", order),
-                   "the sampled scheme is unstable: take a shorter dt");
+                   "the sampled scheme is unstable");
   }
 
   ObserverTask task_;

@@ -111,7 +111,7 @@ class FilterExamination {
   void sees_enough(const std::string& with, bool in_neighbours) {
     std::string evidence;
     for (std::size_t i = 0; i < experiment_.agents && evidence.empty(); ++i)
-      if (const auto mode = unseen(stacked(with_in_neighbours(support_, i, in_neighbours))))
+      if (const auto mode = unseen(stacked(with_in_neighbours(*support_, i, in_neighbours))))
         evidence = fmt::format("agent {} does not see the mode with eigenvalue {}", i + 1, text_of(*mode));
     const bool holds = evidence.empty();
     add(holds ? Rating::holds : Rating::fails, "(A, C) is detectable for every agent i with " + with, holds ? "every agent" : evidence,
@@ -149,8 +149,8 @@ class FilterExamination {
     else
       add(Rating::holds, condition, "in every round", "what one agent sees reaches all others");
     std::string one_way;
-    for (const auto& [edge, weight] : support_.edges())
-      if (one_way.empty() && !support_.has({edge.to, edge.from}))
+    for (const auto& [edge, weight] : support_->edges())
+      if (one_way.empty() && !support_->has({edge.to, edge.from}))
         one_way = fmt::format("{} -> {} has no way back", edge.from.value, edge.to.value);
     add(one_way.empty() ? Rating::holds : Rating::fails, "undirected (Assumptions 1, 3)",
         one_way.empty() ? "every edge goes both ways" : one_way,
@@ -160,7 +160,7 @@ class FilterExamination {
   /// Which agents a path leads to from one of `agents`, which are among them; `backwards`: from whom a path leads to one of them.
   [[nodiscard]] std::vector<bool> reached_from(std::vector<std::size_t> agents, bool backwards) const {
     std::vector<std::vector<std::size_t>> listeners(experiment_.agents);
-    for (const auto& [edge, weight] : support_.edges())
+    for (const auto& [edge, weight] : support_->edges())
       listeners[index_of(backwards ? edge.to : edge.from)].push_back(index_of(backwards ? edge.from : edge.to));
     std::vector<bool> reached(experiment_.agents, false);
     for (const std::size_t i : agents) reached[i] = true;
@@ -235,7 +235,7 @@ class FilterExamination {
                                       network.coupling[i].norm() * std::max(1.0, weighted_in_degree(graph(), agent_at(i))));
     const double order = static_cast<double>(network.A.rows()) * static_cast<double>(experiment_.agents);
     ask_short_step(of_, out_, "correcting and predicting in rounds", {radius, 1e-3 / fastest, spectrum_cost(order), ""},
-                   "the errors decay in rounds too", "the errors grow from round to round: take a shorter dt");
+                   "the errors decay in rounds too", "the errors do not decay in rounds");
   }
   [[nodiscard]] StationaryGains gains() const { return {kind_, of_, A_, C_, graph()}; }
   /// What the stationary gains of all agents take: a Riccati equation each.
@@ -261,7 +261,7 @@ class FilterExamination {
   const Experiment& experiment_;
   const Survey& survey_;
   Findings& out_;
-  Graph support_;  // every edge of the run
+  std::shared_ptr<const Graph> support_;  // every edge of the run
   bool shared_ = false;
   Matrix A_;
   std::vector<Matrix> C_;  // by agent; 0 x n: measures nothing

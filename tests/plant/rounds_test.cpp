@@ -122,7 +122,7 @@ class Loop {
           });
         }) {
     const AgentMaker maker(e, e.protocols[0], e.seed);
-    const Graph support = e.schedule(e.seed).support(e.rounds);
+    const auto support = e.schedule(e.seed).support(e.rounds);
     Assignment run;
     run.epoch = 1;
     run.seed = e.seed;
@@ -142,7 +142,7 @@ class Loop {
         member.initial = e.initial_of(member.agent, e.seed);
         member.model = maker.physics()->knowledge(member.agent);
         member.measurements = static_cast<std::uint32_t>(maker.physics()->measurement_size(member.agent));
-        for (const Neighbour& neighbour : support.in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
+        for (const Neighbour& neighbour : support->in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
         members.push_back(std::move(member));
       }
       const std::uint32_t name = members.front().agent.value;

@@ -44,7 +44,7 @@ class Shuffled {
  public:
   Shuffled(const Experiment& experiment, std::size_t per_process, Seed order)
       : experiment_(experiment), draws_(order.stream(Purpose("shuffle"))) {
-    const Graph support = experiment.schedule(experiment.seed).support(experiment.rounds);
+    const auto support = experiment.schedule(experiment.seed).support(experiment.rounds);
     Assignment run;
     run.epoch = 1;
     run.seed = experiment.seed;
@@ -62,7 +62,7 @@ class Shuffled {
         MemberTask member;
         member.agent = agent_at(i);
         member.initial = experiment.initial_of(member.agent, experiment.seed);
-        for (const Neighbour& neighbour : support.in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
+        for (const Neighbour& neighbour : support->in_neighbours(member.agent)) member.in_neighbours.push_back(neighbour.id);
         member.link_changes = experiment.links.changes_into(member.agent);
         members.push_back(std::move(member));
       }

@@ -31,6 +31,28 @@ Trace run(const Experiment& e, const ReportSink& sink = {}) { return simulate(e,
 
 // --- determinism ----------------------------------------------------------------------------------------------------------
 
+TEST(Simulate, IsEndedByWhoWatchesItsAgentsBeingMade) {
+  const Experiment e = rough("local_voting");
+  int made = 0;
+  EXPECT_THROW(simulate(e, e.protocols[0], e.seed, {},
+                        [&] {
+                          if (++made == 4) throw RunError("enough");
+                        }),
+               RunError);
+  EXPECT_EQ(made, 4);
+}
+
+TEST(Simulate, NeedsMemoryAsItsEdgesDo) {
+  Experiment e = scalar_experiment("local_voting", linspace(0.0, 1.0, 1000), std::vector<double>(1000, 1.0),
+                                   FixedSchedule{{{std::make_shared<const Graph>(ring(1000)), 1}}, false}, 1);
+  const AgentMaker maker(e, e.protocols[0], e.seed);
+  const auto agent = maker.make(AgentId{1});
+  const double sparse = bytes_to_simulate(e, e.protocols[0], *agent);
+  EXPECT_LT(sparse, 1000 * 100e3);
+  e.topology = RandomPairs{};
+  EXPECT_GT(bytes_to_simulate(e, e.protocols[0], *agent), sparse + 999'000 * 40.0);
+}
+
 TEST(Simulate, SameSeedSameHashAnotherSeedAnotherHash) {
   for (const char* protocol : kProtocols) {
     SCOPED_TRACE(protocol);

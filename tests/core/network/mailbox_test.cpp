@@ -44,6 +44,37 @@ TEST(Mailbox, GivesTheRoundsMessagesAscendingBySender) {
   EXPECT_EQ(inbox[1].payload[0], 50.0);
 }
 
+TEST(Mailbox, TakesNoMoreThanItsSendersDo) {
+  const std::vector<AgentId> far{AgentId{7}, AgentId{4'000'000'000U}};  // a place for every number up to the last would be 16 GB
+  Mailbox box(kSelf, far, kTwoNumbers, {}, Seed{1}, 4);
+  EXPECT_EQ(post(box, 4'000'000'000U, 0, 40.0), Post::accepted);
+  EXPECT_EQ(post(box, 3'999'999'999U, 0), Post::unknown_sender);
+  const Inbox inbox = box.take(0, from({4'000'000'000U}));
+  ASSERT_EQ(inbox.size(), 1U);
+  EXPECT_EQ(inbox[0].payload[0], 40.0);
+}
+
+TEST(Mailbox, FindsEachOfManySendersAmongFewOrAll) {
+  std::vector<AgentId> many;
+  for (std::uint32_t id = 10; id <= 4000; id += 1 + id % 3) many.push_back(AgentId{id});
+  Mailbox box(kSelf, many, {{{"x", 1, 1}}, 0, 1}, {}, Seed{1}, 4);
+  const std::array<double, 1> payload{1.0};
+  Stream stream = Seed{1}.stream(Purpose{"who talks"});
+  for (Round k = 0; k < 60; ++k) {
+    std::vector<Neighbour> talking;
+    const double share = stream.uniform() * stream.uniform();
+    for (const AgentId id : many)
+      if (k == 0 || stream.uniform() < share) talking.push_back({id, 1.0});
+    const Inbox inbox = box.take_from(k, talking, [&](std::size_t) { return std::span<const double>(payload); });
+    ASSERT_EQ(inbox.size(), talking.size());
+    for (std::size_t i = 0; i < talking.size(); ++i) ASSERT_EQ(inbox[i].from, talking[i].id);
+  }
+  std::uint64_t delivered = 0;
+  for (const AgentId id : many) delivered += box.counters(id).delivered;
+  EXPECT_EQ(delivered, box.counters().delivered);
+  EXPECT_THROW((void)box.take_from(60, from({12, 10}), [&](std::size_t) { return std::span<const double>(payload); }), ContractViolation);
+}
+
 TEST(Mailbox, SaysWhatBecomesOfAPost) {
   Mailbox box = mailbox({}, 2);
   EXPECT_EQ(post(box, 4, 0), Post::unknown_sender);

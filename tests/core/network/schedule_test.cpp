@@ -252,22 +252,48 @@ TEST(Schedule, UnionAndSupportCoverEveryRound) {
     std::vector<Graph> graphs;
     for (Round k = first; k < first + window; ++k) graphs.push_back(*schedule.at(k));
     ASSERT_EQ(schedule.union_over(first, window), union_of(graphs));
-    const Graph support = schedule.support(first + window);
+    const Graph support = *schedule.support(first + window);
     for (const Graph& graph : graphs) ASSERT_EQ(union_of(std::vector{support, graph}), support);
   }
 }
 
 TEST(Support, IsWhatMayBeDrawnNotWhatWas) {
-  EXPECT_EQ(Schedule(5, RandomPairs{}, {}, Seed{1}).support(1), complete(5));
-  EXPECT_EQ(Schedule(5, RandomLinks{shared(ring(5)), 0.01}, {}, Seed{1}).support(1), ring(5));
-  EXPECT_EQ(fixed({{shared(ring(5)), 3}, {shared(star(5)), 3}}).support(3), ring(5));
-  EXPECT_EQ(fixed({{shared(ring(5)), 3}, {shared(star(5)), 3}}).support(4), union_of(std::vector{ring(5), star(5)}));
-  EXPECT_EQ(Schedule(5, RandomPairs{}, {}, Seed{1}).support(0).edge_count(), 0U);
+  EXPECT_EQ(*Schedule(5, RandomPairs{}, {}, Seed{1}).support(1), complete(5));
+  EXPECT_EQ(*Schedule(5, RandomLinks{shared(ring(5)), 0.01}, {}, Seed{1}).support(1), ring(5));
+  EXPECT_EQ(*fixed({{shared(ring(5)), 3}, {shared(star(5)), 3}}).support(3), ring(5));
+  EXPECT_EQ(*fixed({{shared(ring(5)), 3}, {shared(star(5)), 3}}).support(4), union_of(std::vector{ring(5), star(5)}));
+  EXPECT_EQ(Schedule(5, RandomPairs{}, {}, Seed{1}).support(0)->edge_count(), 0U);
   EXPECT_EQ(fixed({{shared(ring(5)), 3}}).union_over(2, 0), of_edges(5, {}));
   // Cut from the beginning and healed in round 5.
   const Schedule healed(5, RandomPairs{}, {{0, {edge(1, 2)}, false}, {5, {edge(1, 2)}, true}}, Seed{1});
-  EXPECT_EQ(healed.support(5).edge_count(), 19U);
-  EXPECT_EQ(healed.support(6), complete(5));
+  EXPECT_EQ(healed.support(5)->edge_count(), 19U);
+  EXPECT_EQ(*healed.support(6), complete(5));
+}
+
+TEST(Support, IsTheGraphItselfWhereThatStays) {
+  const Schedule constant = fixed({{shared(ring(5)), 1}});
+  EXPECT_EQ(constant.support(7), constant.at(0)) << "one object: nothing is copied";
+  const auto base = shared(complete(6));
+  EXPECT_EQ(Schedule(6, RandomLinks{base, 0.5}, {{3, {edge(1, 2)}, false}}, Seed{1}).support(9), base);
+}
+
+TEST(Support, OfOneGraphUnderEventsEqualsTheUnionOverAllRounds) {
+  for (std::uint64_t seed = 0; seed < cases::kSeeds; ++seed) {
+    SCOPED_TRACE(seed);
+    Stream stream = Seed{seed}.stream(Purpose{"events"});
+    std::vector<LinkEvent> events;
+    for (std::uint64_t e = 0, count = stream.below(12); e < count; ++e) {
+      const auto from = 1 + static_cast<std::uint32_t>(stream.below(4)), to = 1 + static_cast<std::uint32_t>(stream.below(4));
+      if (from != to) events.push_back({static_cast<Round>(stream.below(4)), {edge(from, to)}, stream.below(3) == 0});
+    }
+    std::map<AgentId, Attendance> presence;
+    if (stream.below(2) == 0) presence[AgentId{2}] = {static_cast<Round>(stream.below(6)), 8};
+    const auto rounds = static_cast<Round>(1 + stream.below(6));
+    const FixedSchedule spec{{{shared(complete(4)), 1}}, false};
+    const Schedule schedule(4, spec, events, Seed{1}, presence);
+    ASSERT_EQ(*schedule.support(rounds), schedule.union_over(0, rounds));
+    ASSERT_EQ(*Schedule(4, RandomPairs{}, events, Seed{1}, presence).support(rounds), schedule.union_over(0, rounds));
+  }
 }
 
 TEST(Union, OverTheWholeTimeOfAPeriodicScheduleLooksAtOnePeriodOnly) {

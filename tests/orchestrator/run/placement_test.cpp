@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace consort {
 namespace {
 
@@ -30,6 +32,25 @@ TEST(Placement, HostedNeighboursNeedNoReader) {
   EXPECT_EQ(placement.processes[2].agents, std::vector<AgentId>{AgentId{7}});
   EXPECT_EQ(placement.readers, (std::vector<std::vector<std::size_t>>{{2}, {}, {1}, {0}, {}, {2}, {0, 1}}));
   EXPECT_EQ(placement.process_of, (std::vector<std::size_t>{0, 0, 0, 1, 1, 1, 2}));
+}
+
+TEST(Placement, SaysOfRandomGraphsWhoReadsAndMeetsWhom) {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    const Graph graph = erdos_renyi(12, 0.02 * static_cast<double>(seed % 30), true, Seed{seed});
+    const Placement placement = place(experiment_on(graph, 1 + seed % 4));
+    const std::size_t processes = placement.processes.size();
+    std::vector<std::set<std::size_t>> readers(12), meets(processes);
+    for (const auto& [edge, weight] : graph.edges()) {
+      const std::size_t from = placement.process_of[index_of(edge.from)], to = placement.process_of[index_of(edge.to)];
+      if (from == to) continue;
+      readers[index_of(edge.from)].insert(to);
+      meets[from].insert(to);
+      meets[to].insert(from);
+    }
+    for (std::size_t i = 0; i < 12; ++i) ASSERT_EQ(placement.readers[i], std::vector(readers[i].begin(), readers[i].end()));
+    for (std::size_t p = 0; p < processes; ++p) ASSERT_EQ(placement.processes[p].neighbours, std::vector(meets[p].begin(), meets[p].end()));
+  }
 }
 
 TEST(Placement, WhoJoinsLaterSharesNoProcessWithWhoIsThere) {

@@ -146,15 +146,34 @@ TEST(RunSimulated, DeadlineNamesTheRound) {
   for (const std::size_t runs : {1u, 3u}) {
     SCOPED_TRACE(runs);
     Experiment experiment = ring_experiment(runs);
+    experiment.deadline = 0.1;
+    experiment.rounds = 1'000'000'000;
+    experiment.report_every = 1000;
+    Witness witness;
+    try {
+      run_simulated(experiment, {}, witness);
+      FAIL() << "the deadline passed and nobody noticed";
+    } catch (const TimeoutError& error) {
+      EXPECT_NE(std::string(error.what()).find("000 of 1000000000 (local_voting, seed 3)"), std::string::npos) << error.what();
+    }
+    EXPECT_EQ(witness.calls.back(), "end") << "what was reached is handed over first";
+  }
+}
+
+TEST(RunSimulated, DeadlineIsNoticedWhileTheAgentsAreMade) {
+  for (const std::size_t runs : {1u, 3u}) {
+    SCOPED_TRACE(runs);
+    Experiment experiment = ring_experiment(runs);
     experiment.deadline = 1e-9;
     Witness witness;
     try {
       run_simulated(experiment, {}, witness);
       FAIL() << "the deadline passed and nobody noticed";
     } catch (const TimeoutError& error) {
-      EXPECT_NE(std::string(error.what()).find("in round 0 of 50 (local_voting, seed 3)"), std::string::npos) << error.what();
+      EXPECT_NE(std::string(error.what()).find("before round 0, while 5 agents were made (local_voting, seed 3)"), std::string::npos)
+          << error.what();
     }
-    EXPECT_EQ(witness.calls.back(), "end") << "what was reached is handed over first";
+    EXPECT_TRUE(witness.outcomes.empty());
   }
 }
 
