@@ -60,6 +60,23 @@ std::span<const MetricEntry> metric_table() {
   return table;
 }
 
+namespace {
+
+/// What the mathematics behind a metric refuses is no number; the others stand.
+void compute(const MetricEntry& entry, const Experiment& experiment, Seed run_seed, const ProtocolChoice& choice, const Trace& trace,
+             Metrics& out) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  try {
+    entry.compute(experiment, run_seed, choice, trace, out);
+  } catch (const ConfigError&) {
+    out[std::string(entry.name)] = kNone;
+  } catch (const RunError&) {
+    out[std::string(entry.name)] = kNone;
+  }
+}
+
+}  // namespace
+
 Metrics compute_metrics(const Experiment& experiment, Seed run_seed, const ProtocolChoice& choice, const Trace& trace) {
   check(!trace.rounds.empty(), "metrics are computed on a trace with at least one report");
   if (!anybody_in(trace, trace.rounds.size() - 1)) return metrics_of_nobody(experiment, run_seed, choice, trace);
@@ -73,7 +90,7 @@ Metrics compute_metrics(const Experiment& experiment, Seed run_seed, const Proto
   const auto& wanted = experiment.metrics;
   for (const MetricEntry& entry : metrics_of(choice))
     if (wanted.empty() || std::find(wanted.begin(), wanted.end(), entry.name) != wanted.end())
-      entry.compute(experiment, run_seed, choice, trace, out);
+      compute(entry, experiment, run_seed, choice, trace, out);
   return out;
 }
 

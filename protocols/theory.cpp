@@ -42,7 +42,8 @@ class Surroundings {
                          failure->first);
     };
     const auto spanning = survey_.spanning();
-    const std::string tree = !spanning.window        ? fmt::format("no spanning tree from round {} on", spanning.broken_from)
+    const std::string tree = spanning.looked_until   ? "whether windows of rounds have a spanning tree was not found out"
+                             : !spanning.window      ? fmt::format("no spanning tree from round {} on", spanning.broken_from)
                              : *spanning.window == 1 ? "a spanning tree in every round"
                                                      : fmt::format("a spanning tree over every {} rounds on end", *spanning.window);
     note("the graphs of the agents that are there",
@@ -76,9 +77,9 @@ class Surroundings {
       note("links delay messages", "delay, reordering or copies",
            "the conditions above are about messages of the same round and do not cover this");
     if (experiment_.links.overrides.empty()) return;
-    const Graph support = experiment_.schedule(experiment_.seed).support(experiment_.rounds);
+    const auto support = experiment_.schedule(experiment_.seed).support(experiment_.rounds);
     for (const auto& [edge, spec] : experiment_.links.overrides)
-      if (!support.has(edge))
+      if (!support->has(edge))
         note(fmt::format("link override on {} -> {}", edge.from.value, edge.to.value), "the topology never has this edge",
              "the override has no effect");
   }
@@ -118,7 +119,13 @@ std::vector<Finding> examine(const Experiment& experiment, Effort effort) {
     const ProtocolEntry& entry = find_protocol(choice.name);
     if (!choice.first() || entry.examine == nullptr) continue;
     Findings findings(choice.name, out);
-    entry.examine({experiment, choice, entry, survey, spectra, effort}, findings);
+    try {
+      entry.examine({experiment, choice, entry, survey, spectra, effort}, findings);
+    } catch (const ConfigError& error) {
+      findings.give_up(error.what());
+    } catch (const RunError& error) {
+      findings.give_up(error.what());
+    }
   }
   surroundings.connectivity(spectra);
   surroundings.links();

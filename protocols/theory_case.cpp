@@ -95,10 +95,19 @@ bool ask_no_noise(const TheoryCase& of, Findings& out, const std::string& if_not
 
 // --- graphs ---------------------------------------------------------------------------------------------------------------
 
+constexpr std::string_view kWindows = "the union of the graphs over bounded windows has a spanning tree";
+
 bool ask_spanning_windows(const TheoryCase& of, Findings& out, const std::string& if_so) {
   const auto spanning = of.survey.spanning();
   const auto window = spanning.window.value_or(0);
-  out.judge(spanning.window.has_value(), "the union of the graphs over bounded windows has a spanning tree",
+  if (spanning.looked_until) {
+    out.leave_out(kWindows, fmt::format("{}, looked at up to round {}",
+                                        window == 0 ? std::string("not within the rounds that were looked at")
+                                                    : fmt::format("over every {} rounds on end", window),
+                                        *spanning.looked_until));
+    return true;
+  }
+  out.judge(spanning.window.has_value(), kWindows,
             window == 0   ? fmt::format("not from round {} on", spanning.broken_from)
             : window == 1 ? "in every single round"
                           : fmt::format("over every {} rounds on end", window),
@@ -131,12 +140,21 @@ void ask_short_step(const TheoryCase& of, Findings& out, const std::string& what
   }
   const double now = loop.radius(of.experiment.dt);
   std::string allowed = "the longest step was not searched for";
+  std::optional<Seconds> bound;
   if (of.effort.affords(kStepQuestions * loop.cost)) {
-    const Seconds bound = largest_stable_step(loop.radius, loop.shortest);
-    allowed = std::isinf(bound) ? "any is" : "allowed below " + text_of(bound);
+    bound = largest_stable_step(loop.radius, loop.shortest);
+    allowed = std::isinf(*bound) ? "any is" : "allowed below " + text_of(*bound);
   }
   out.judge(now < 1.0 - kRounding, condition,
-            fmt::format("dt = {}, {}; spectral radius {}{}", text_of(of.experiment.dt), allowed, text_of(now), loop.where), if_so, if_not);
+            fmt::format("dt = {}, {}; spectral radius {}{}", text_of(of.experiment.dt), allowed, text_of(now), loop.where), if_so,
+            if_not + ": " + step_remedy(of.experiment.dt, bound));
+}
+
+std::string step_remedy(Seconds dt, std::optional<Seconds> longest) {
+  if (longest && !(*longest > 0.0)) return "no dt is short enough";
+  // Beside 1, doubles do not show what so short a step does.
+  if (longest && dt < 0.5 * *longest) return "dt is so short that a round changes nothing, take a longer one";
+  return longest ? "take a shorter dt" : "take another dt, a shorter one unless it is very short already";
 }
 
 Seconds largest_stable_step(const std::function<double(Seconds)>& radius, Seconds shortest) {

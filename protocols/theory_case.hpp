@@ -58,6 +58,8 @@ class Findings {
   void add(Finding finding) { out_.push_back(std::move(finding)); }  ///< whose condition begins with the name already
   /// A condition that either holds or fails.
   void judge(bool holds, std::string_view condition, std::string evidence, std::string if_so, std::string if_not);
+  /// The mathematics refuses the numbers of the experiment, and says `why`.
+  void give_up(std::string why) { add(Rating::left_out, "what follows from its numbers", std::move(why), "not examined further"); }
   /// A condition that would have taken too long.
   void leave_out(std::string_view condition, std::string why);
   [[nodiscard]] const std::string& protocol() const { return protocol_; }
@@ -95,8 +97,13 @@ struct SampledLoop {
   double cost;        ///< of asking for the radius once
   std::string where;  ///< which loop, for the evidence; may be empty
 };
+/// What to do about it where it is not follows `if_not`.
 void ask_short_step(const TheoryCase& of, Findings& out, const std::string& what, const SampledLoop& loop, const std::string& if_so,
                     const std::string& if_not);
+
+/// What to do about a loop that a step of dt does not make stable; `longest`: a shorter step than this does, none if it is not above zero;
+/// nothing: not known.
+std::string step_remedy(Seconds dt, std::optional<Seconds> longest);
 
 /// The smallest h > 0 for which `radius(h)`, the spectral radius of a loop sampled with step h, reaches 1, to six digits; 0 if the loop is
 /// unstable however short the step, infinity if no step up to 1e6 `shortest` makes it so. `shortest` is short against all it does.

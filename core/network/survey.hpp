@@ -16,6 +16,7 @@ struct Survey {
   using Members = std::vector<AgentId>;                 ///< ascending
   Round rounds = 0;                                     ///< rounds looked at
   bool complete = false;                                ///< these are all the rounds of the run
+  double work = 0.0;                                    ///< agents and edges that spanning() may look at
   std::vector<Schedule::Segment> segments;              ///< consecutive, clipped to the rounds looked at; graphs of all agents
   std::vector<std::shared_ptr<const Members>> members;  ///< by segment: who is there; one object as long as they are the same
   std::vector<std::shared_ptr<const Graph>> graphs;     ///< by segment: the graph of those, renumbered in order; what follows is about it
@@ -29,9 +30,12 @@ struct Survey {
   /// Smallest w such that over every w rounds on end, in which the same agents are there, the union of the graphs has a spanning tree.
   /// `broken_from` is the first round from which no union to the end of the rounds spans although w rounds, or much more than w, are
   /// left; then there is no w.
+  /// `looked_until`: windows that begin later were not looked at, as it would have taken too long, or as not all rounds of the run were
+  /// looked at and none of theirs has shown what a window takes.
   struct Spanning {
     std::optional<Round> window;
     Round broken_from = 0;
+    std::optional<Round> looked_until = {};
   };
   [[nodiscard]] Spanning spanning() const;
   [[nodiscard]] bool constant() const { return segments.size() == 1; }

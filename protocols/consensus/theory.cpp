@@ -152,7 +152,7 @@ void examine_continuous_kalman_consensus(const TheoryCase& of, Findings& out) {
                         euler ? " (Euler)" : ""),
             fmt::format("a round is integrated stably; holding what is heard over it costs an error of about {} of a difference",
                         text_of(0.5 * gain * of.experiment.dt)),
-            "the integration overshoots: take a shorter dt or more steps");
+            "the integration overshoots: " + step_remedy(of.experiment.dt, bound) + (bound > 0.0 ? ", or more steps" : ""));
 }
 
 void examine_unbiased_consensus(const TheoryCase& of, Findings& out) {

@@ -59,7 +59,9 @@ double largest_eigenvalue_at_least(const Graph& graph, const Vector& degrees) {
 }
 
 constexpr std::string_view kEigenvalues = "all eigenvalues of I - dt L other than one 1 lie inside the unit circle";
-constexpr const char* kUnsettled = "the states do not settle: take a smaller dt, or a graph with a spanning tree";
+constexpr double kRounding = 1e-12;
+constexpr const char* kTorn = "take a graph with a spanning tree";
+std::string unsettled(const std::string& remedy) { return "the states do not settle: " + remedy; }
 
 /// One graph throughout, and its eigenvalues known.
 void judge_voting(const TheoryCase& of, Findings& out, const Spectra::Spectrum& spectrum) {
@@ -70,9 +72,11 @@ void judge_voting(const TheoryCase& of, Findings& out, const Spectra::Spectrum& 
     // |1 - dt lambda| < 1 exactly if dt < 2 Re(lambda) / |lambda|^2
     step = std::min(step, 2.0 * lambda.real() / std::norm(lambda));
   }
-  const bool holds = spectrum.empty() || largest < 1.0 - 1e-12;
+  const bool holds = spectrum.empty() || largest < 1.0 - kRounding;
+  const Graph& graph = *of.survey.graphs.front();
+  const bool connected = has_spanning_tree(graph);
   std::string value;
-  if (const Graph& graph = *of.survey.graphs.front(); holds && has_spanning_tree(graph)) {
+  if (holds && connected) {
     const Vector agreed = starting_values(of.experiment, *of.survey.members.front()) * left_null_vector(graph);
     value = fmt::format("the states converge to w^T x(0) = {}{}, w the left null vector of L (Knotek, thesis, (2.13))", text_of(agreed),
                         limits_of_prediction(of));
@@ -80,7 +84,7 @@ void judge_voting(const TheoryCase& of, Findings& out, const Spectra::Spectrum& 
   out.judge(holds, kEigenvalues,
             spectrum.empty() ? "one agent"
                              : fmt::format("largest modulus {}; dt = {}, allowed below {}", text_of(largest), text_of(dt), text_of(step)),
-            value, kUnsettled);
+            value, unsettled(connected ? step_remedy(dt, step) : kTorn));
 }
 
 /// One graph throughout, too large for its eigenvalues: what bounds of them say.
@@ -89,9 +93,9 @@ void judge_large_voting(const TheoryCase& of, Findings& out) {
   const Vector degrees = weighted_in_degrees(graph);
   const double dt = of.experiment.dt, highest = 2.0 * degrees.maxCoeff();
   if (dt * highest < 2.0 && has_spanning_tree(graph)) {
-    out.add(Rating::holds, kEigenvalues,
-            fmt::format("by Gershgorin's circles: dt times the largest in-degree is {}, below 1", text_of(0.5 * dt * highest)),
-            "the states converge");
+    out.judge(dt * highest > kRounding, kEigenvalues,
+              fmt::format("by Gershgorin's circles: dt times the largest in-degree is {}, below 1", text_of(0.5 * dt * highest)),
+              "the states converge", unsettled(step_remedy(dt, 2.0 / highest)));
     return;
   }
   // The mean of the eigenvalues other than zero, and where L is symmetric Rayleigh's quotient, are below the largest real part.
@@ -102,9 +106,9 @@ void judge_large_voting(const TheoryCase& of, Findings& out) {
     out.add(Rating::fails, kEigenvalues,
             fmt::format("an eigenvalue of L has a real part of at least {}; dt = {}, allowed below {}", text_of(lowest), text_of(dt),
                         text_of(2.0 / lowest)),
-            kUnsettled);
+            unsettled(step_remedy(dt, 2.0 / lowest)));
   else if (!has_spanning_tree(graph))
-    out.add(Rating::fails, kEigenvalues, "a second eigenvalue of L is zero: no spanning tree", kUnsettled);
+    out.add(Rating::fails, kEigenvalues, "a second eigenvalue of L is zero: no spanning tree", unsettled(kTorn));
   else
     out.leave_out(kEigenvalues, fmt::format("L is of order {}; surely stable with dt below {}, surely not from {} on", graph.agents(),
                                             text_of(2.0 / highest), text_of(2.0 / lowest)));

@@ -32,9 +32,10 @@ std::string where(const TheoryCase& of) { return of.survey.constant() ? "" : " (
 constexpr const char* kTooLarge = "too many graphs or agents for eigenvalues";
 
 void judge_step(const TheoryCase& of, Findings& out, const std::string& what, Seconds bound, const std::string& how) {
+  const std::string allowed = bound > 0.0 ? "allowed below " + text_of(bound) : "no dt is allowed";
   out.judge(of.experiment.dt < bound * (1.0 - 1e-9), "dt is short enough for " + what,
-            fmt::format("dt = {}, allowed below {}{}", text_of(of.experiment.dt), text_of(bound), where(of)),
-            "the sampled loop is stable, " + how, "the sampled loop is unstable: take a shorter dt, " + how);
+            fmt::format("dt = {}, {}{}", text_of(of.experiment.dt), allowed, where(of)), "the sampled loop is stable, " + how,
+            "the sampled loop is unstable: " + step_remedy(of.experiment.dt, bound) + ", " + how);
 }
 
 void ask_sensed_neighbours(const TheoryCase& of, Findings& out) {
@@ -114,7 +115,7 @@ void judge_coupling(const TheoryCase& of, Findings& out, const Matrix& A, const 
   const double cost = 4.0 * static_cast<double>(spectrum->size()) * (1000.0 + spectrum_cost(static_cast<double>(A.rows())));
   ask_short_step(of, out, "the control it holds over a round", {radius, 1e-3 / fastest, cost, where(of)},
                  "the sampled loop is stable, from the eigenvalues of Ad - c lambda Bd K",
-                 "the sampled loop is unstable: take a shorter dt, from the eigenvalues of Ad - c lambda Bd K");
+                 "the sampled loop is unstable by the eigenvalues of Ad - c lambda Bd K");
 }
 
 }  // namespace

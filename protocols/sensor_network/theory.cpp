@@ -175,16 +175,17 @@ class NetworkExamination {
     const auto radius = [this](Seconds h) { return spectral_radius(sampled_error_matrix(examined_.network, h)); };
     const double now = radius(experiment_.dt);
     std::string evidence = fmt::format("dt = {}: spectral radius {}", text_of(experiment_.dt), fmt::format("{:.9g}", now));
+    std::optional<Seconds> bound;
     if (effort_.affords(kStepQuestions * spectrum_cost(order_of(examined_)))) {
       double fastest = examined_.network.A.norm();
       for (std::size_t i = 0; i < examined_.agents.size(); ++i)
         fastest = std::max(fastest, (examined_.network.G[i] * examined_.network.C[i]).norm());
-      const Seconds bound = largest_stable_step(radius, 0.01 / fastest);
-      evidence += std::isinf(bound) ? "; no step up to any length matters" : fmt::format("; stable below {} s", text_of(bound));
+      bound = largest_stable_step(radius, 0.01 / fastest);
+      evidence += std::isinf(*bound) ? "; no step up to any length matters" : fmt::format("; stable below {} s", text_of(*bound));
     }
     add(now < 1.0 ? Rating::holds : Rating::fails, "dt is short enough for the sampled observers", evidence,
         now < 1.0 ? "the consensus part bears any step; the measurements ask for dt rho(G_i C_i) below about 1"
-                  : "the sampled errors do not decay: take a shorter dt");
+                  : "the sampled errors do not decay: " + step_remedy(experiment_.dt, bound));
   }
 
   /// Largest variance of each group: "mode1 1.38e-4, ...".

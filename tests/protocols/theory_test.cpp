@@ -88,6 +88,26 @@ TEST(Theory, GivesTheStepAndTheValueOfLocalVoting) {
             Verdict::fails);
 }
 
+TEST(Theory, NamesTheRemedyThatHelps) {
+  const auto remedy = [](const std::string& agents, const std::string& rest, const std::string& condition) {
+    const Finding f = only(findings(agents, rest), condition);
+    EXPECT_EQ(f.verdict, Verdict::fails) << rest;
+    return f.consequence;
+  };
+  const std::string voting = "initial: {x: [1, 2, 3, 6]}, count: 4, protocol: local_voting", eigenvalues = "local_voting: all eigenvalues";
+  EXPECT_SAYS("take a shorter dt", remedy(voting, "dt: 0.6\ntopology: ring", eigenvalues));
+  EXPECT_SAYS("so short that a round changes nothing, take a longer one", remedy(voting, "dt: 1.0e-308\ntopology: ring", eigenvalues));
+  EXPECT_SAYS("take a graph with a spanning tree", remedy(voting, "dt: 0.1\ntopology: {edges: [1 -> 2, 3 -> 4]}", eigenvalues));
+  const std::string large = "initial: {x: 1}, count: 3000, protocol: local_voting";  // more than eigenvalues are worked out for
+  EXPECT_SAYS("take a longer one", remedy(large, "dt: 1.0e-308\ntopology: ring", eigenvalues));
+  EXPECT_SAYS("take a shorter dt", remedy(large, "dt: 0.9\ntopology: ring", eigenvalues));
+  const std::string steering =
+      "plant: {model: {name: linear, A: [[0, 1], [0, 0]], B: [0, 1]}, sensing: neighbours, initial: {x: {all: [0, 1]}}}\ntopology: ring\n";
+  const std::string held = "static_consensus: dt is short enough";
+  EXPECT_SAYS("take a shorter dt", remedy("count: 4, protocol: {name: static_consensus, c: 1}", steering + "dt: 5", held));
+  EXPECT_SAYS("take a longer one", remedy("count: 4, protocol: {name: static_consensus, c: 1}", steering + "dt: 1.0e-300", held));
+}
+
 TEST(Theory, FindsTheSmallestWindowWhoseUnionSpans) {
   const std::string agents = kStarts + "protocol: kalman_consensus";
   const std::string alternating =
