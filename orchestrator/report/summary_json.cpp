@@ -66,6 +66,7 @@ std::string to_json(const Summary& summary) {
     nlohmann::ordered_json met;  // null: a run that is not complete meets nothing
     if (summary.complete) met = criterion.met;
     json["criteria"].push_back({{"text", criterion.text}, {"met", met}, {"value", criterion.value}, {"metrics", criterion.metrics}});
+    if (!criterion.undefined.empty()) json["criteria"].back()["undefined"] = criterion.undefined;
   }
   json["metrics"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : summary.metrics) json["metrics"][name] = value;

@@ -233,8 +233,8 @@ std::string criteria(const Summary& summary, const TextStyle& style) {
     const auto lines = wrapped(criterion.text, room);
     out += fmt::format("  {} {}  {}\n", toned(mark, tone, style), value, lines.front());
     for (std::size_t i = 1; i < lines.size(); ++i) out += std::string(margin, ' ') + lines[i] + "\n";
-    if (criterion.metrics.size() < 2) continue;  // the value says it
-    std::string values;
+    std::string values = criterion.undefined.empty() ? "" : fmt::format("something in it is {}", criterion.undefined);
+    if (criterion.metrics.size() < 2 && values.empty()) continue;  // the value says it
     for (const auto& [name, found] : criterion.metrics) values += fmt::format("{}{} {}", values.empty() ? "" : ", ", name, number(found));
     for (const auto& line : wrapped(values, room)) out += fmt::format("{}{}\n", std::string(margin, ' '), toned(line, Tone::faint, style));
   }

@@ -41,7 +41,7 @@ std::vector<CriterionResult> judge(std::span<const std::string> criteria, const 
   for (const auto& text : criteria) {
     const Criterion criterion(text);
     const auto verdict = criterion.judge(metrics);
-    CriterionResult& result = out.emplace_back(CriterionResult{text, verdict.met, verdict.value});
+    CriterionResult& result = out.emplace_back(CriterionResult{text, verdict.met, verdict.value, std::string(verdict.undefined)});
     for (const auto& named : criterion.names()) {
       const auto found = metrics.find(named.metric), share = metrics.find(named.metric + ".share");
       result.metrics[named.metric] = found == metrics.end() ? std::numeric_limits<double>::quiet_NaN() : found->second;

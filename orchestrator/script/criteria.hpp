@@ -12,8 +12,9 @@ namespace consort {
 struct CriterionResult {
   std::string text;
   bool met = false;
-  double value = 0.0;    ///< of the first comparison: the first side that names a metric; of a chain the first such one between two others
-  Metrics metrics = {};  ///< what it names, as it came out (absent: NaN); with `<metric>.share` where not all runs have the metric
+  double value = 0.0;  ///< of the first comparison: the first side that names a metric; of a chain the first such one between two others
+  std::string undefined = {};  ///< why it cannot be met: something in it is "not a number" or "infinite"; else empty
+  Metrics metrics = {};        ///< what it names, as it came out (absent: NaN); with `<metric>.share` where not all runs have the metric
 };
 
 /// The metric names a criterion uses, ascending. Throws ConfigError naming the column if the text is no criterion.
@@ -23,7 +24,7 @@ std::vector<std::string> metrics_of(const std::string& text);
 /// among `with_runs` are refused as what there is with several runs.
 void check_criterion(const std::string& text, std::span<const std::string> known, std::span<const std::string> with_runs = {});
 
-/// Judges each criterion. What is absent or no number meets none. Throws ConfigError if one cannot be read.
+/// Judges each criterion. What is absent, no number or infinite meets none. Throws ConfigError if one cannot be read.
 std::vector<CriterionResult> judge(std::span<const std::string> criteria, const Metrics& metrics);
 
 }  // namespace consort

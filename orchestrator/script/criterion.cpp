@@ -48,7 +48,7 @@ class Stack {
     values_.resize(values_.size() - count);
     return top;
   }
-  [[nodiscard]] bool holds_a_number() const { return !std::isnan(values_.back()); }
+  [[nodiscard]] double top() const { return values_.back(); }
 
  private:
   std::vector<double> values_;
@@ -91,7 +91,7 @@ Criterion::Criterion(std::string text) : text_(std::move(text)) { read_criterion
 Criterion::Verdict Criterion::judge(const Metrics& metrics) const {
   Stack stack;
   std::optional<double> shown;
-  bool known = true;
+  std::string_view undefined;
   for (const Step& step : steps_) {
     switch (step.operation) {
       case Operation::number:
@@ -123,9 +123,9 @@ Criterion::Verdict Criterion::judge(const Metrics& metrics) const {
         stack.push(combined(step.operation, left, right));
       }
     }
-    known = known && stack.holds_a_number();
+    if (undefined.empty() && !std::isfinite(stack.top())) undefined = std::isnan(stack.top()) ? "not a number" : "infinite";
   }
-  return {known && stack.pop() != 0.0, shown.value_or(std::numeric_limits<double>::quiet_NaN())};
+  return {undefined.empty() && stack.pop() != 0.0, shown.value_or(std::numeric_limits<double>::quiet_NaN()), undefined};
 }
 
 }  // namespace consort

@@ -36,9 +36,10 @@ class Criterion {
   struct Verdict {
     bool met = false;
     double value = 0.0;  ///< of the first comparison: the first side that names a metric; of a chain the first such one between two others
+    std::string_view undefined = {};  ///< why it cannot be met: what something in it came to, "not a number" or "infinite"; else empty
   };
-  /// A metric that is absent or no number, or a calculation that comes to none, meets nothing, whatever joins it: neither `or` nor `not`
-  /// makes a criterion met by what is not known.
+  /// A metric that is absent, no number or infinite, or a calculation that comes to that, meets nothing, whatever joins it: neither `or`
+  /// nor `not` makes a criterion met by what is not known.
   [[nodiscard]] Verdict judge(const Metrics& metrics) const;
 
   enum class Comparison { less, at_most, greater, at_least, equal, unequal };

@@ -108,6 +108,18 @@ TEST(Criterion, IsNeverMetByANumberThatIsNone) {
   }
 }
 
+TEST(Criterion, IsNeverMetByWhatIsInfinite) {
+  const Metrics metrics{{"bias", 3}, {"far", std::numeric_limits<double>::infinity()}};
+  for (const char* text : {"1 / (bias - bias) > 1", "far > 1", "-1 / (bias - bias) < 0", "not 1 / (bias - bias) < 1", "bias > 1 or far > 1",
+                           "1 / (1 / (bias - bias)) < 1", "exp(1000 * bias) > 1"}) {
+    EXPECT_FALSE(judged(text, metrics).met) << text;
+    EXPECT_EQ(judged(text, metrics).undefined, "infinite") << text;
+  }
+  EXPECT_EQ(judged("(bias - bias) / (bias - bias) > 1", metrics).undefined, "not a number");
+  EXPECT_EQ(judged("absent > 1", metrics).undefined, "not a number");
+  EXPECT_EQ(judged("bias > 5", metrics).undefined, "");
+}
+
 TEST(Criterion, WithAnUnknownMetricNamesTheNearest) {
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "found the unknown metric 'disagrement'", refusal("disagrement < 1"));
   EXPECT_PRED_FORMAT2(testing::IsSubstring, "allowed: bias, disagreement, rounds; did you mean 'disagreement'?",

@@ -131,7 +131,7 @@ class Printer {
   Draws& draws_;
 };
 
-/// Sets `known` to false wherever a number is none.
+/// Sets `known` to false wherever a number is none, or infinite.
 double number_of(const Tree& tree, bool& known) {
   std::vector<double> x;
   for (const Tree& part : tree.parts) x.push_back(number_of(part, known));
@@ -160,7 +160,7 @@ double number_of(const Tree& tree, bool& known) {
     out = *std::min_element(x.begin(), x.end());
   else if (tree.what == "max")
     out = *std::max_element(x.begin(), x.end());
-  if (std::isnan(out)) known = false;
+  if (!std::isfinite(out)) known = false;
   return out;
 }
 
