@@ -34,7 +34,7 @@ std::vector<std::string> commands_by_hand(const Experiment& experiment, const Ru
   if (options.external.empty()) return lines;
   std::size_t processes = 0;
   std::string others;
-  for (const ProcessPlan& process : place(experiment).processes) {
+  for (const ProcessPlan& process : processes_of(experiment)) {
     if (!options.by_hand(process.agents)) continue;
     std::vector<std::uint32_t> ids;
     for (const AgentId agent : process.agents) ids.push_back(agent.value);

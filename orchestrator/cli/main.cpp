@@ -27,10 +27,7 @@ int run(consort::CommandLine& command) {
   } catch (const consort::ContractViolation& error) {
     return command.fail(Exit::run_failed, fmt::format("a mistake in Consort itself, please report it: {}", error.what()));
   } catch (const std::bad_alloc&) {
-    return command.fail(Exit::bad_input,
-                        fmt::format("out of memory ({} can be had); allowed: fewer agents, components, edges or runs, or fewer reports "
-                                    "(`telemetry: {{every: ...}}`)",
-                                    consort::bytes_text(consort::memory_to_be_had())));
+    return command.fail(Exit::bad_input, consort::out_of_memory());
   } catch (const std::exception& error) {
     return command.fail(Exit::run_failed, error.what());
   }

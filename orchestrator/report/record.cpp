@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "orchestrator/report/record_writer.hpp"
+#include "orchestrator/script/script.hpp"
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -21,7 +22,6 @@ namespace consort {
 
 namespace {
 
-constexpr std::size_t kMaxValues = 1900;                        // SQLite allows 2000 columns
 constexpr std::size_t kMaxPendingDoubles = 8u << 20;            // 64 MiB waiting for the disk; beyond that the run waits
 constexpr std::size_t kEagerDoubles = kMaxPendingDoubles / 8;   // start writing before the period is over
 constexpr auto kCommitPeriod = std::chrono::milliseconds(100);  // seldom enough to leave the cores to the agents
@@ -123,9 +123,7 @@ void Record::begin_run(const Job& job, const RunLayouts& layouts) {
   const Experiment& experiment = impl_->experiment;
   const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
   std::vector<RecordColumn> columns = columns_of(choice, experiment, layouts);
-  if (columns.size() > kMaxValues)
-    throw RunError(fmt::format("the record holds at most {} named values per agent; {} has {}{}", kMaxValues, choice.title(),
-                               columns.size(), experiment.recording.state == true ? "; allowed: without `record: {state: true}`" : ""));
+  check(columns.size() <= kMostRecorded, "the reader has refused what the record cannot hold");
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();
   impl_->current.run = job.number;

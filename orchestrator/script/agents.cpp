@@ -1,19 +1,13 @@
 #include "orchestrator/script/agents.hpp"
 
 #include "core/counted.hpp"
-#include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/numbers.hpp"
 #include "orchestrator/script/wording.hpp"
-#include "protocols/metrics.hpp"
 #include "protocols/registry.hpp"
-#include "rounds/agent_maker.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <set>
 #include <utility>
 
 namespace consort::script {
@@ -21,7 +15,6 @@ namespace consort::script {
 namespace {
 
 constexpr std::uint64_t kMostAgents = 100'000;
-constexpr double kFastest = 1e7;  // rounds of agents per second: no machine does more
 
 std::vector<std::string> protocol_names() {
   std::vector<std::string> names;
@@ -172,64 +165,6 @@ void read_overrides(Mistakes& mistakes, const YAML::Node& node, Experiment& expe
   }
 }
 
-// The place of the value a protocol's objection is about: a name of its that the text quotes, else one it mentions.
-YAML::Mark place_of(const std::string& text, AgentId agent, const ProtocolChoice& choice, const Places& places,
-                    const YAML::Mark& fallback) {
-  std::set<std::string> words;
-  std::string word;
-  for (const char c : text + " ") {
-    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') {
-      word += c;
-    } else {
-      words.insert(std::exchange(word, {}));
-    }
-  }
-  const ProtocolEntry& entry = *entry_of(choice.name);
-  for (const bool quoted : {true, false}) {
-    for (const auto docs : {entry.initial, entry.parameters}) {
-      for (const auto& doc : docs) {
-        const std::string name(doc.name);
-        // The x of "2 x 1" is a word too, so a single letter must be quoted to count.
-        const bool meant = quoted ? text.find("'" + name + "'") != std::string::npos : name.size() > 1 && words.contains(name);
-        if (!meant) continue;
-        for (const auto& key : {fmt::format("override {} {}", agent.value, name), "initial " + name, choice.name + " " + name})
-          if (const auto it = places.find(key); it != places.end()) return it->second;
-      }
-    }
-  }
-  const auto it = places.find(choice.name);
-  return it == places.end() ? fallback : it->second;
-}
-
-void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& experiment, const LinkModel& links, std::size_t noise_size) {
-  const auto attempt = [&](Edge edge, const LinkSpec& spec, const std::string& what) {
-    try {
-      Link(edge, spec, static_cast<Eigen::Index>(noise_size), experiment.seed);
-    } catch (const ConfigError& error) {
-      mistakes.add(mark, what + ": " + error.what());
-    }
-  };
-  attempt(Edge{AgentId{1}, AgentId{2}}, links.standard, "links");
-  for (const auto& [edge, spec] : links.overrides) attempt(edge, spec, "links.overrides");
-  for (const LinkModel::Change& change : links.changes) attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
-}
-
-/// What all agents, and the reports of their rounds, take: an agent has its estimate, and each message on its way.
-void require_memory_of(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& protocol) {
-  const auto agents = static_cast<double>(experiment.agents);
-  const auto numbers = static_cast<double>(protocol.estimate_layout().size()), sent = static_cast<double>(protocol.message_layout().size());
-  require_memory(sizeof(double) * agents * (2.0 * numbers + 2.0 * sent),
-                 fmt::format("{} with {}, of {} {} each and {} in a message,", counted(experiment.agents, "agent"), choice.name, numbers,
-                             noun(numbers, "number"), sent),
-                 "fewer agents, or fewer components");
-  if (experiment.convergence || !experiment.report_every) return;  // it may end after any round; reports of its own choosing are few
-  const double rounds = std::min<double>(experiment.rounds, kFastest / agents * experiment.deadline);
-  const double reports = std::ceil(rounds / static_cast<double>(*experiment.report_every));
-  require_memory(2.0 * sizeof(double) * agents * numbers * reports,
-                 fmt::format("{:.3g} {} of {} {}", reports, noun(reports, "report"), agents * numbers, noun(agents * numbers, "number")),
-                 "fewer rounds, or `telemetry: {every: ...}`");
-}
-
 }  // namespace
 
 void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesystem::path& directory, Experiment& experiment,
@@ -243,49 +178,6 @@ void read_agents(Mistakes& mistakes, const YAML::Node& node, const std::filesyst
   if (!count || experiment.protocols.empty()) return;  // what follows is judged by them
   if (const auto initial = section.find("initial"); present(initial)) read_initial(mistakes, initial, directory, experiment, places);
   if (const auto overrides = section.find("overrides"); present(overrides)) read_overrides(mistakes, overrides, experiment, places);
-}
-
-void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::Mark& links_mark, const Experiment& experiment,
-                const Places& places) {
-  for (const auto& choice : experiment.protocols) {
-    mistakes.at(place_of("", AgentId{1}, choice, places, agents_mark));
-    const AgentMaker maker(experiment, choice, experiment.seed);
-    std::optional<std::size_t> dimension;
-    for (std::size_t i = 0; i < experiment.agents; ++i) {
-      const AgentId agent = agent_at(i);
-      try {
-        const auto protocol = maker.make(agent);
-        const std::size_t found = protocol->estimate_layout().size();
-        if (!dimension) require_memory_of(experiment, choice, *protocol);
-        if (!dimension) try_links(mistakes, links_mark, experiment, experiment.links_of(choice), protocol->message_layout().noise_size);
-        if (found == dimension.value_or(found)) {
-          dimension = found;
-          continue;
-        }
-        mistakes.add(place_of("'x'", agent, choice, places, agents_mark),
-                     fmt::format("agents: found {} at agent {} and {} at agent 1; allowed: the same for all agents",
-                                 counted(found, "component"), agent.value, *dimension));
-      } catch (const ConfigError& error) {
-        mistakes.add(place_of(error.what(), agent, choice, places, agents_mark),
-                     fmt::format("agents: agent {} with {}: {}", agent.value, choice.name, error.what()));
-      }
-      break;  // the others would say the same
-    }
-    if (!mistakes.none()) return;
-  }
-}
-
-std::vector<std::string> metric_names(const Experiment& experiment) {
-  std::vector<std::string> out;
-  for (const auto& choice : experiment.protocols) {
-    const std::string prefix = experiment.protocols.size() > 1 ? choice.title() + "." : "";
-    for (const std::string& name : names_of_metrics(experiment, choice, AgentMaker(experiment, choice, experiment.seed).empty_trace())) {
-      out.push_back(prefix + name);
-      if (experiment.runs == 1) continue;
-      for (const char* over_runs : {".std", ".share"}) out.push_back(prefix + name + over_runs);
-    }
-  }
-  return out;
 }
 
 }  // namespace consort::script

@@ -1,7 +1,7 @@
 #include "orchestrator/script/measures.hpp"
 
-#include "orchestrator/script/agents.hpp"
 #include "orchestrator/script/criteria.hpp"
+#include "orchestrator/script/trial.hpp"
 #include "protocols/metrics.hpp"
 
 #include <fmt/format.h>

@@ -39,6 +39,15 @@ double left_of_address_space() {
   return std::max(0.0, static_cast<double>(limit.rlim_cur) - taken);
 }
 
+struct Need {
+  double bytes = 0.0;
+  std::string what;
+};
+Need& largest_need() {
+  static Need need;
+  return need;
+}
+
 }  // namespace
 
 double memory_to_be_had() {
@@ -55,9 +64,18 @@ std::string bytes_text(double bytes) {
 }
 
 void require_memory(double bytes, const std::string& what, const std::string& remedy, double to_be_had) {
+  if (bytes > largest_need().bytes) largest_need() = {bytes, what};
   if (bytes <= to_be_had) return;
   throw ConfigError(
       fmt::format("{} would take {} of memory, and {} can be had; allowed: {}", what, bytes_text(bytes), bytes_text(to_be_had), remedy));
+}
+
+std::string out_of_memory() {
+  const Need& need = largest_need();
+  return fmt::format(
+      "out of memory: {} can be had{}; allowed: fewer agents, components, edges or runs, or fewer reports "
+      "(`telemetry: {{every: ...}}`)",
+      bytes_text(memory_to_be_had()), need.bytes > 0.0 ? fmt::format(", and {} are needed for {}", bytes_text(need.bytes), need.what) : "");
 }
 
 }  // namespace consort

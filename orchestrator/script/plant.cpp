@@ -268,7 +268,7 @@ void try_plant(Mistakes& mistakes, const YAML::Mark& plant_mark, const Experimen
   if (!experiment.plant) return;
   try {
     static_cast<void>(Physics(plant_task(experiment, experiment.seed)));
-  } catch (const ConfigError& error) {
+  } catch (const std::runtime_error& error) {  // a mistake, or numbers that mathematics refuses
     const std::string text = error.what();
     YAML::Mark mark = plant_mark;
     for (const auto& [name, place] : places) {  // the longest name of the plant's that the text begins with or quotes

@@ -6,11 +6,13 @@
 #include "orchestrator/script/input_file.hpp"
 #include "orchestrator/script/links.hpp"
 #include "orchestrator/script/measures.hpp"
+#include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/plant.hpp"
 #include "orchestrator/script/resolved.hpp"
 #include "orchestrator/script/settings.hpp"
 #include "orchestrator/script/sweep.hpp"
 #include "orchestrator/script/topology.hpp"
+#include "orchestrator/script/trial.hpp"
 #include "orchestrator/script/yaml.hpp"
 
 #include <fmt/format.h>
@@ -194,7 +196,7 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   } catch (const YAML::Exception& error) {
     mistakes.add_here("found what the experiment cannot have here: " + error.msg);
   } catch (const std::bad_alloc&) {
-    mistakes.add_here("found more than the memory of this machine holds; allowed: fewer agents, or fewer components");
+    mistakes.add_here(out_of_memory());
   }
   mistakes.raise();
   throw ContractViolation("a mistake that was raised");

@@ -14,6 +14,9 @@ namespace consort {
 /// Of the experiment file: `format: 1` may stand in it. What a file of a newer format means is not known here.
 inline constexpr std::uint64_t kFileFormat = 1;
 
+/// So many numbers of one agent can be recorded side by side: SQLite allows 2000 columns.
+inline constexpr std::size_t kMostRecorded = 1900;
+
 /// What the command line sets on top of the file.
 inline constexpr std::uint64_t kMostRounds = 1'000'000'000, kMostRuns = 1'000'000;
 

@@ -47,6 +47,23 @@ TEST(Memory, CountsThatNoMachineHoldsAreRefusedAtTheirPlace) {
             "e.yaml:2:7: runs: found 1000000 of each of 2 protocols and swept values; allowed: 1000000 runs in all");
 }
 
+TEST(Memory, WhatAllAgentsTakeIsSaidBeforeTheyAreMade) {
+  const std::string text = "experiment: e\nmode: simulate\nagents: {count: 100000, protocol: local_voting, initial: {x: 1}}\n";
+  EXPECT_EQ(refusal_of(text + "topology: ring\n"), "") << "memory grows as the edges do";
+  const std::string refusal = refusal_of(text + "topology: random_pairs\n");
+  EXPECT_EQ(refusal.find("e.yaml:3:35: agents: agent 1 with local_voting: 100000 agents with local_voting, of 1 number each and 1 in a "
+                         "message, and 1e+10 links between them would take "),
+            0u)
+      << refusal;
+  EXPECT_NE(refusal.find("allowed: fewer agents, edges or components"), std::string::npos) << refusal;
+}
+
+TEST(Memory, WhereItRunsOutTheLargestNeedIsSaid) {
+  require_memory(1e18, "what nobody has", "less", 1e19);
+  EXPECT_NE(out_of_memory().find(" can be had, and 1 EB are needed for what nobody has; allowed: fewer agents"), std::string::npos)
+      << out_of_memory();
+}
+
 TEST(Memory, NamesAreBounded) {
   const auto named = [](std::size_t length) {
     return "experiment: " + std::string(length, 'a') + "\nagents: {count: 3, protocol: local_voting, initial: {x: 1}}\ntopology: ring\n";

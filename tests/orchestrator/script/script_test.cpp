@@ -319,6 +319,31 @@ TEST(Script, HearsTheProtocolsObjectionsAtTheValuesPlace) {
   EXPECT_MISTAKE("has no initial x", with_initial("{P: 1}"));
 }
 
+TEST(Script, WhatTheRecordCannotHoldIsRefusedAtItsPlace) {
+  const std::string voting = "experiment: e\ntopology: ring\nagents:\n  count: 3\n  protocol: local_voting\n";
+  const auto of = [&](int dimension) { return "  initial: {x: {linspace: [0, 1], dimension: " + std::to_string(dimension) + "}}\n"; };
+  EXPECT_EQ(mistakes_in(voting + of(1900)), "");
+  EXPECT_EQ(mistakes_in(voting + of(1901)),
+            "e.yaml:6:16: agents: found an initial x of 1901 components; allowed: up to 1900, as many as the record holds");
+  // 44 estimated, 44 * 44 beside them, if all is asked for.
+  const std::string kalman = "experiment: e\ntopology: ring\nagents:\n  count: 3\n  protocol: kalman_consensus\n";
+  EXPECT_EQ(mistakes_in(kalman + of(44)), "");
+  const std::string wide = mistakes_in(kalman + of(44) + "record: {state: true}\n");
+  EXPECT_NE(wide.find("e.yaml:5:13: agents: agent 1 with kalman_consensus: found 1980 numbers of an agent to record (44 estimated, 1936 "
+                      "beside); allowed: 1900, so fewer components, or `record: {state: false}`"),
+            std::string::npos)
+      << wide;
+}
+
+TEST(Script, SeedsOfLaterRunsAreHeardAtTheValuesPlaceToo) {
+  const std::string text =
+      "experiment: e\ntopology: ring\nruns: 300\nagents:\n  count: 3\n  protocol: kalman_consensus\n"
+      "  initial:\n    x: 1\n    P: {uniform: [-0.02, 1]}\n";
+  const std::string mistake = mistakes_in(text);
+  EXPECT_EQ(mistake.find("e.yaml:9:8: agents: agent "), 0u) << mistake;
+  EXPECT_NE(mistake.find(" with kalman_consensus in the run with seed "), std::string::npos) << mistake;
+}
+
 TEST(Script, RefusesWhatIsNotAnExperiment) {
   EXPECT_MISTAKE("e.yaml:1:13: found '[' that is not closed; allowed: a ']' for it", "experiment: [a\nagents: {");
   EXPECT_MISTAKE("e.yaml:1:1: found an empty file", "");

@@ -4,6 +4,7 @@
 #include "models/registry.hpp"
 #include "orchestrator/script/script.hpp"
 #include "protocols/registry.hpp"
+#include "protocols/theory.hpp"
 #include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
@@ -14,6 +15,7 @@
 #include <charconv>
 #include <functional>
 #include <map>
+#include <regex>
 
 namespace consort {
 namespace {
@@ -171,6 +173,43 @@ std::vector<std::string> sayings(const Table& table, const ValueDoc& doc) {
       if (accepted(table, std::string(doc.name), matrix, told)) return {matrix};
   }
   return {"[[1]]"};
+}
+
+/// Why the file is refused, nothing if it is not. Numbers that mathematics refuses while theory is asked are no refusal.
+std::string refusal_of(const YAML::Node& file) {
+  try {
+    static_cast<void>(examine(parse_experiment(YAML::Dump(file), "e.yaml", kExperiments), Effort(1e5, 1e4)));
+    return "";
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+}
+
+TEST(ScriptWords, NumbersBeyondReasonAreRefusedWithPlaceAndName) {
+  std::size_t refused = 0;
+  for (const Table& table : tables()) {
+    ASSERT_FALSE(table.experiments.empty()) << table.name;
+    std::vector<YAML::Node> files;
+    for (const char* value : {"1e300", "1e-300", "1e308"}) {
+      for (const ValueDoc& doc : table.parameters) {
+        if (!choices_of(doc).empty()) continue;
+        files.push_back(YAML::Clone(table.experiments.front()));
+        table.place(files.back())[std::string(doc.name)] = value;
+      }
+      files.push_back(YAML::Clone(table.experiments.front()));
+      files.back().remove("duration");
+      files.back().remove("events");
+      files.back()["dt"] = value;
+    }
+    for (const YAML::Node& file : files) {
+      const std::string why = refusal_of(file);
+      if (why.empty()) continue;
+      ++refused;
+      EXPECT_TRUE(std::regex_search(why, std::regex("^e.yaml:[0-9]+:[0-9]+: "))) << why;
+      EXPECT_TRUE(why.find(table.name) != std::string::npos || why.find("plant") != std::string::npos) << why;
+    }
+  }
+  EXPECT_GT(refused, 50U);
 }
 
 TEST(ScriptWords, EveryParameterAndEveryDocumentedWordIsReadFromAFile) {
