@@ -155,6 +155,14 @@ std::string schema_of_tables() {
   definitions["plant_name"] = names_of(plant_table(), "plants");
   definitions["protocol"]["examples"] = definitions["protocol_name"]["examples"];
   definitions["model"]["examples"] = definitions["plant_name"]["examples"];
+  Json of_both = of_models;
+  of_both.update(of_protocols);
+  definitions["parameters"] = {{"title", "Parameters"},
+                               {"description", "Name and value of the protocol's or the model's parameters."},
+                               {"type", "object"},
+                               {"properties", of_both},
+                               {"additionalProperties", number},
+                               {"examples", Json::array({{{"Q", 0.2}}})}};
   definitions.update(words);
   std::string out;
   for (const auto& [name, definition] : definitions.items()) {

@@ -272,7 +272,7 @@ TEST(Schema, ListsTheNamesAndTheWordsOfTheTables) {
     EXPECT_EQ(listed["enum"], choices_of(doc)) << whose << " " << name;
     EXPECT_EQ(listed["default"], std::string(doc.fallback)) << whose << " " << name;
   };
-  const auto& overrides = definitions["override"]["properties"]["parameters"]["properties"];
+  const auto& overrides = definitions["parameters"]["properties"];
   for (const ProtocolEntry& entry : protocol_table())
     for (const ValueDoc& doc : entry.parameters) {
       if (choices_of(doc).empty()) continue;
@@ -282,7 +282,7 @@ TEST(Schema, ListsTheNamesAndTheWordsOfTheTables) {
   for (const PlantEntry& entry : plant_table())
     for (const ValueDoc& doc : entry.parameters) {
       if (choices_of(doc).empty()) continue;
-      expect_words(definitions["plant"]["properties"]["model"]["oneOf"][1]["properties"], doc, entry.name);
+      expect_words(definitions["model"]["oneOf"][1]["properties"], doc, entry.name);
       expect_words(overrides, doc, entry.name);
     }
 }
