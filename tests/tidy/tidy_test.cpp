@@ -269,9 +269,9 @@ const std::map<std::string, std::string>& long_files() {
       {"idl/codec.cpp", "every type of the wire, out and in, one below the other"},
       {"idl/wire.cpp", "every topic's reader and writer, one below the other"},
       {"orchestrator/cli/doctor.cpp", "a list of checks, each a few lines"},
+      {"orchestrator/cli/run.cpp", "the verb with its options, its questions and its answers"},
+      {"orchestrator/report/page_run.cpp", "what the page shows of one run, part after part"},
       {"orchestrator/report/table.cpp", "the rows of one table"},
-      {"orchestrator/run/run.cpp", "granting and pacing of one job"},
-      {"orchestrator/run/session.cpp", "everything a run's processes are told"},
       {"orchestrator/script/resolved.cpp", "the whole file written back, section after section"},
   };
   return reasons;
