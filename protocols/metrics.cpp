@@ -32,11 +32,8 @@ bool anybody_in(const Trace& trace, std::size_t report) {
 
 /// What is measured of agents is no number where nobody is left.
 Metrics metrics_of_nobody(const Experiment& experiment, Seed run_seed, const ProtocolChoice& choice, const Trace& trace) {
-  Trace before = trace;  // as long as somebody was there
+  Trace before = trace;  // as long as somebody was there: what is reported later is not looked at
   while (!before.rounds.empty() && !anybody_in(before, before.rounds.size() - 1)) before.rounds.pop_back();
-  before.estimates.resize(before.rounds.size() * before.agents * before.dimension);
-  before.states.resize(before.rounds.size() * before.agents * before.state_dimension);
-  before.recorded.resize(before.rounds.size() * before.agents * before.recorded_dimension);
   Metrics out;
   if (!before.rounds.empty()) out = compute_metrics(experiment, run_seed, choice, before);
   for (auto& [name, value] : out) {
