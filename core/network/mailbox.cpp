@@ -151,7 +151,7 @@ void Mailbox::send(Round k, Round late, const Neighbour& neighbour, std::size_t 
 /// Completes the inbox of round k with what was under way until now, and counts.
 void Mailbox::add_due(Round k) {
   if (delays_) {
-    Lookup slot_of_next(senders_);
+    Lookup slot_of_next(*this);
     for (const Received& received : inbox_) lines_[slot_of_next(received.from)].at_once = true;
     due_.clear();
     for (std::size_t slot = 0; slot < lines_.size(); ++slot) {
@@ -173,7 +173,7 @@ void Mailbox::add_due(Round k) {
                    [](const Received& a, const Received& b) { return a.from < b.from; });
     inbox_.swap(merged_);
   }
-  Lookup slot_of_next(senders_);
+  Lookup slot_of_next(*this);
   for (const Received& received : inbox_) ++delivered_[slot_of_next(received.from)];
 }
 

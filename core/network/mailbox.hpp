@@ -91,29 +91,28 @@ class Mailbox {
     void grow(Round next, Round sent, std::size_t size);
   };
 
-  /// Looks senders up one after the other, ascending: the next one is usually near, if not the very next.
-  class Lookup {
-   public:
-    explicit Lookup(std::span<const AgentId> senders) : senders_(senders) {}
-    std::uint32_t operator()(AgentId from) {
-      for (int step = 0; at_ < senders_.size() && senders_[at_] < from; ++at_)
-        if (++step == kSteps) {
-          at_ = static_cast<std::size_t>(std::lower_bound(senders_.begin() + static_cast<std::ptrdiff_t>(at_), senders_.end(), from) -
-                                         senders_.begin());
-          break;
-        }
-      return at_ < senders_.size() && senders_[at_] == from ? static_cast<std::uint32_t>(at_) : kUnknown;
-    }
-
-   private:
-    static constexpr int kSteps = 8;
-    std::span<const AgentId> senders_;
-    std::size_t at_ = 0;
-  };
   [[nodiscard]] std::uint32_t slot_of(AgentId from) const {
+    // Where everybody may be a sender, an agent lies at its number, or, behind the agent itself, one before.
+    for (const std::size_t at : {index_of(from), index_of(from) - 1})
+      if (at < senders_.size() && senders_[at] == from) return static_cast<std::uint32_t>(at);
     const auto at = std::lower_bound(senders_.begin(), senders_.end(), from);
     return at != senders_.end() && *at == from ? static_cast<std::uint32_t>(at - senders_.begin()) : kUnknown;
   }
+  /// Looks senders up one after the other, ascending: usually it is the very next.
+  class Lookup {
+   public:
+    explicit Lookup(const Mailbox& mailbox) : mailbox_(mailbox) {}
+    std::uint32_t operator()(AgentId from) {
+      const auto& senders = mailbox_.senders_;
+      const std::uint32_t slot = next_ < senders.size() && senders[next_] == from ? next_ : mailbox_.slot_of(from);
+      next_ = slot + 1;
+      return slot;
+    }
+
+   private:
+    const Mailbox& mailbox_;
+    std::uint32_t next_ = 0;
+  };
   template <class PayloadOf>  // payload_of(sender, slot)
   Inbox close(Round k, std::span<const Neighbour> in_neighbours, const PayloadOf& payload_of);
   /// A sender's link as it changes over the rounds, and what has come over it.
@@ -158,7 +157,7 @@ Inbox Mailbox::close(Round k, std::span<const Neighbour> in_neighbours, const Pa
   const bool ideal = lines_.empty();
   inbox_.resize(ideal ? in_neighbours.size() : 0);
   Received* received = inbox_.data();
-  Lookup slot_of_next(senders_);
+  Lookup slot_of_next(*this);
   AgentId previous{0};
   for (const Neighbour& neighbour : in_neighbours) {
     if (neighbour.id <= previous) refuse(neighbour.id, k, "is out of order: in-neighbours are ascending");
