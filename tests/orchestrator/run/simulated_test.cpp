@@ -271,12 +271,14 @@ TEST(Simulated, AStopRuleThatHeldIsACompleteRunAndADeadlineIsNot) {
   EXPECT_TRUE(completeness(held.outcomes[0].end, held.outcomes[0].trace.last_round, 50).complete);
 
   experiment.convergence.reset();
-  experiment.deadline = 0.0;
+  experiment.deadline = 0.1;
+  experiment.rounds = 1'000'000'000;
+  experiment.report_every = 1000;
   Witness late;
   EXPECT_THROW(run_simulated(experiment, {}, late), TimeoutError);
   ASSERT_EQ(late.outcomes.size(), 1u);
   EXPECT_EQ(late.outcomes[0].end.ending, Ending::deadline);
-  EXPECT_EQ(completeness(late.outcomes[0].end, late.outcomes[0].trace.last_round, 50).missing.size(), 5u);
+  EXPECT_EQ(completeness(late.outcomes[0].end, late.outcomes[0].trace.last_round, experiment.rounds).missing.size(), 5u);
 }
 
 }  // namespace
