@@ -119,8 +119,7 @@ void conclude(const Finished& finished, RunObserver& observer) {
 /// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so, or as `while_made` throws.
 template <class Each, class Ended>
 Finished run_job(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch,
-                 const WhileMade& while_made, Ended&& ended,
-                 Each&& each) {
+                 const WhileMade& while_made, Ended&& ended, Each&& each) {
   Finished finished;
   std::optional<Clock::time_point> round_zero;
   const auto sink = [&](const RoundReport& report) {

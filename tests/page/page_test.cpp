@@ -38,8 +38,8 @@ class Page : public testing::Test {
       return drawn.map(({title, graph}) => {
         const numbers = graph.rawData_.reduce((sum, row) => sum + row.slice(1).flat().filter((v) => typeof v === 'number').length, 0);
         const canvas = graph.canvas_.parentNode.querySelectorAll('canvas');
-        const alpha = (one) => one.getContext('2d').getImageData(0, 0, one.width, one.height).data.some((v, i) => i % 4 === 3 && v > 0);
-        const inked = [...canvas].some((one) => one.width > 0 && alpha(one));
+        const pixels = (one) => one.getContext('2d').getImageData(0, 0, one.width, one.height).data;
+        const inked = [...canvas].some((one) => one.width > 0 && pixels(one).some((v, i) => i % 4 === 3 && v > 0));
         return {title, numbers, inked};
       });)js");
     EXPECT_GE(pictures.size(), least);

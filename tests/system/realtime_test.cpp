@@ -120,8 +120,8 @@ rounds: 500
 dt: 0.02
 agents: {count: 5, protocol: local_voting, initial: {x: {linspace: [0, 1]}}}
 topology: complete
-events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {round: 90, continue: 2},
-         {round: 60, leave: 5}, {round: 300, kill: 4}]
+events: [{round: 30, kill: 3}, {round: 100, restart: 3}, {round: 40, stop: 2}, {round: 90, continue: 2}, {round: 60, leave: 5},
+         {round: 300, kill: 4}]
 )");
   Keeper keeper;
   const auto outcome = run_over_dds(experiment, nullptr, &keeper);

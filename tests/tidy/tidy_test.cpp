@@ -269,8 +269,7 @@ const std::map<std::string, std::string>& long_files() {
       {"idl/codec.cpp", "every type of the wire, out and in, one below the other"},
       {"idl/wire.cpp", "every topic's reader and writer, one below the other"},
       {"orchestrator/cli/doctor.cpp", "a list of checks, each a few lines"},
-      {"orchestrator/cli/run.cpp", "the verb with its options, its questions and its answers"},
-      {"orchestrator/report/page_run.cpp", "what the page shows of one run, part after part"},
+      {"orchestrator/cli/run.cpp", "the options of the largest verb, and what it does with them in order"},
       {"orchestrator/report/table.cpp", "the rows of one table"},
       {"orchestrator/script/resolved.cpp", "the whole file written back, section after section"},
   };

@@ -5,6 +5,8 @@
 #include "tests/orchestrator/folder.hpp"
 
 #include <gtest/gtest.h>
+
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -120,13 +122,13 @@ TEST(Results, OfARunThatNeverBeganThereIsNeitherTraceNorStartUp) {
 }
 
 TEST(Results, SeveralProtocolsPrefixTheirMetrics) {
-  const Experiment experiment = scalar_experiment({"kalman_consensus", "unbiased_kalman_consensus"}, 1);
+  const Experiment experiment = scalar_experiment({"local_voting", "kalman_consensus"}, 1);
   Results results(experiment, "out");
   results.add(agreed_on({0, 0, Seed{11}}, 5.0, 1, 40));
   results.add(agreed_on({1, 1, Seed{11}}, 3.0, 1, 60));
   const Summary summary = results.summary({}, Exit::ok, "");
-  EXPECT_NEAR(summary.metrics.at("kalman_consensus.bias"), 1.0, 1e-12);
-  EXPECT_NEAR(summary.metrics.at("unbiased_kalman_consensus.bias"), -1.0, 1e-12);
+  EXPECT_NEAR(summary.metrics.at("local_voting.bias"), 1.0, 1e-12);
+  EXPECT_NEAR(summary.metrics.at("kalman_consensus.bias"), -1.0, 1e-12);
   EXPECT_FALSE(summary.metrics.contains("bias"));
   EXPECT_EQ(summary.rounds, 60u);
   EXPECT_EQ(summary.totals.sent, 200u);
@@ -181,7 +183,7 @@ TEST(Results, WithOneRunThatConvergedThereIsAMeanAndNoDeviation) {
 }
 
 TEST(Results, EveryRunKeepsItsOwnMetrics) {
-  const Experiment experiment = scalar_experiment({"kalman_consensus", "unbiased_kalman_consensus"}, 2);
+  const Experiment experiment = scalar_experiment({"local_voting", "kalman_consensus"}, 2);
   Results results(experiment, "out");
   for (const Job& job : jobs_of(experiment)) results.add(perhaps_agreed(job, job.number != 1));
   const Summary summary = results.summary({}, Exit::ok, "");
@@ -190,7 +192,7 @@ TEST(Results, EveryRunKeepsItsOwnMetrics) {
   EXPECT_EQ(summary.protocols[0].per_run[0].metrics.at("rounds_to_convergence"), 30.0);
   const auto json = nlohmann::json::parse(to_json(summary))["per_run"];
   ASSERT_EQ(json.size(), 2u);
-  EXPECT_EQ(json[1]["protocol"], "unbiased_kalman_consensus");
+  EXPECT_EQ(json[1]["protocol"], "kalman_consensus");
   EXPECT_EQ(json[0]["seeds"], (std::vector{11, 12}));
   EXPECT_EQ(json[0]["metrics"]["rounds_to_convergence"][0], 30.0);
   EXPECT_TRUE(json[0]["metrics"]["rounds_to_convergence"][1].is_null());
@@ -294,9 +296,10 @@ TEST(Table, FitsEightyColumnsWhateverItHolds) {
     for (const std::size_t runs : {1u, 4u}) {
       for (const std::size_t dimension : {1u, 2u, 8u}) {
         SCOPED_TRACE(testing::Message() << protocols << " protocols, " << runs << " runs, dimension " << dimension);
-        std::vector<std::string> names{"unbiased_information_consensus", "unbiased_kalman_consensus", "robust_information_consensus",
-                                       "continuous_kalman_consensus", "kalman_consensus"};
-        names.resize(protocols);
+        std::vector<std::string> names;
+        constexpr std::array kLong{"unbiased_kalman_consensus", "unbiased_information_consensus", "robust_information_consensus",
+                                   "continuous_kalman_consensus", "minimum_energy_consensus"};
+        for (std::size_t p = 0; p < protocols; ++p) names.emplace_back(kLong.at(p));
         const Experiment experiment = experiment_with(names, runs, Matrix::Constant(static_cast<Eigen::Index>(dimension), 1, 123456.789));
         Results results(experiment, "results/small");
         for (const Job& job : jobs_of(experiment)) results.add(agreed_on(job, 0.001 * double(job.number), dimension, 123456));

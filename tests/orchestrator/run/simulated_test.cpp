@@ -109,7 +109,7 @@ TEST(RunSimulated, WhatAFailedJobHadReachedIsHandedOver) {
     experiment.runs = runs;
     Witness witness;
     EXPECT_THROW(run_simulated(experiment, {}, witness), RunError);
-    EXPECT_EQ(witness.calls, (std::vector<std::string>{"begin", "report"}));
+    EXPECT_EQ(witness.calls, (std::vector<std::string>{"begin", "report", "end"})) << "its links are told too";
     EXPECT_GT(witness.estimates.size(), 10u);
     EXPECT_TRUE(std::isfinite(witness.estimates.back().front()));
   }
