@@ -141,8 +141,9 @@ TEST_F(Page, FollowsARunThatGoesOn) {
   browser_.open(address);
   const auto points = [&] { return browser_.run("return runs[0].runs.length ? runs[0].runs[0].x.length : 0").get<int>(); };
   int first = 0;
-  EXPECT_TRUE(eventually([&] { return (first = points()) > 1; }));
-  EXPECT_TRUE(eventually([&] { return points() > first; })) << "it grows";
+  EXPECT_TRUE(eventually([&] { return (first = points()) > 1; }, 20));
+  EXPECT_TRUE(eventually([&] { return points() > first; }, 20)) << "it grows";
+  for (const std::string& line : browser_.console()) EXPECT_FALSE(line.starts_with("SEVERE")) << line;
   run.signal(SIGTERM);
   EXPECT_EQ(run.wait(), 143);
 }

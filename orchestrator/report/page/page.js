@@ -111,6 +111,10 @@ function chart(options) {
     },
   };
   later.push(() => {
+    if (x.length === 0) {
+      told.textContent = 'nothing is recorded yet';
+      return;
+    }
     graph = new Dygraph(place, rows(), kept.zoom.has(title) ? {...options_, dateWindow: kept.zoom.get(title)} : options_);
     drawn.push({title, graph});
   });
@@ -415,7 +419,6 @@ function render() {
 }
 
 dark.addEventListener('change', render);
-render();
 
 // Live: the server says that there is more; what was chosen stays chosen.
 if (document.documentElement.dataset.live) {
@@ -426,3 +429,4 @@ if (document.documentElement.dataset.live) {
     render();
   };
 }
+render();
