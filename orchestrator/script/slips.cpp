@@ -61,7 +61,7 @@ struct Line {
     }
   }
 
-  [[nodiscard]] bool is_item() const { return text[indent] == '-' && (key > indent || text.size() == indent + 1); }
+  [[nodiscard]] bool is_item() const { return indent < text.size() && text[indent] == '-' && (key > indent || text.size() == indent + 1); }
   [[nodiscard]] bool has_value() const {
     const std::string_view value = colon == kNowhere ? text.substr(key) : trimmed(text.substr(colon + 1));
     return !value.empty() && value.front() != '&' && value.front() != '!';
