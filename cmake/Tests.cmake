@@ -24,6 +24,7 @@ function(consort_tests room)
       # Of a template that test and library share, the linker keeps the first copy: the library's, which is optimised.
       list(JOIN OPTIMISED " " libraries)
       target_link_options(${room}_tests PRIVATE "SHELL:-Wl,--whole-archive ${libraries} -Wl,--no-whole-archive")
+      target_link_libraries(${room}_tests PRIVATE $<LINK_ONLY:fmt::fmt>)   # which they use
       add_dependencies(${room}_tests ${OPTIMISED_TARGETS})
       # A program takes two seconds to start, so a room is one test, or a few where it is long: both cores have work to the end.
       set(shards 1)
