@@ -63,7 +63,8 @@ void leader_error_name(std::string_view name, const PlannedRun& run, MetricNames
 void coherence(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {
   if (!trace.agrees_on_states) return;
   double sum = 0.0;
-  for (std::size_t report = trace.rounds.size() / 2; report < trace.rounds.size(); ++report) {
+  const std::size_t half = trace.rounds.size() / 2;
+  for (std::size_t report = half; report < trace.rounds.size(); ++report) {
     const Eigen::Map<const Matrix> all(trace.agreed_at(report).data(), static_cast<Eigen::Index>(trace.agreed_dimension()),
                                        static_cast<Eigen::Index>(trace.agents));
     std::vector<Eigen::Index> present;
@@ -72,7 +73,7 @@ void coherence(const Experiment&, Seed, const ProtocolChoice&, const Trace& trac
     const Matrix states = all(Eigen::all, present);
     if (states.cols() > 0) sum += (states.colwise() - states.rowwise().mean()).squaredNorm();
   }
-  out["coherence"] = sum / static_cast<double>(trace.rounds.size() - trace.rounds.size() / 2);
+  out["coherence"] = sum / static_cast<double>(trace.rounds.size() - half);
 }
 
 void consensus_time(const Experiment& experiment, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {

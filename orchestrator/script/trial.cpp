@@ -94,8 +94,7 @@ void require_memory_of(const Experiment& experiment, const ProtocolChoice& choic
 class RecordWidth {
  public:
   /// Throws ConfigError if there are too many.
-  void require(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& protocol,
-               const std::optional<Physics>& physics) {
+  void require(const Experiment& experiment, const Protocol& protocol, const std::optional<Physics>& physics) {
     const std::size_t plant = physics ? physics->state_layout().size() : 0;
     const Layout beside = recorded_part(protocol.recorded_layout(), experiment.recording.state);
     for (const Layout& layout : {protocol.estimate_layout(), beside})
@@ -205,7 +204,7 @@ void try_agents(Mistakes& mistakes, const YAML::Mark& agents_mark, const YAML::M
         const std::size_t found = protocol.estimate_layout().size();
         if (!dimension) {
           require_memory_of(experiment, choice, protocol);
-          width.require(experiment, choice, protocol, maker.physics());
+          width.require(experiment, protocol, maker.physics());
           try_links(mistakes, links_mark, experiment, experiment.links_of(choice), protocol.message_layout().noise_size);
         }
         if (found != dimension.value_or(found))
