@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 
 namespace consort {
@@ -37,12 +38,16 @@ Edges edges_of(Database& database, std::int64_t graph) {
 /// Where Graphviz puts the agents of a graph, in 0..1 both ways. A cycle is drawn as one.
 std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::set<Edge>& edges) {
   struct Free {
-    void operator()(GVC_t* context) const { gvFreeContext(context); }
     void operator()(Agraph_t* graph) const { agclose(graph); }
   };
-  const std::unique_ptr<GVC_t, Free> context(gvContext());
+  // Graphviz has one context in a process, for ever (a second one uses what the first has freed), and one user at a time.
+  static std::mutex one_at_a_time;
+  const std::lock_guard alone(one_at_a_time);
+  static GVC_t* const context = gvContext();
   std::string name = "network";
   const std::unique_ptr<Agraph_t, Free> graph(agopen(name.data(), Agundirected, nullptr));
+  std::string label = "label", nothing;
+  agattr(graph.get(), AGNODE, label.data(), nothing.data());  // no text, so no fonts
   std::vector<Agnode_t*> nodes;
   for (std::size_t i = 0; i < agents; ++i) nodes.push_back(agnode(graph.get(), std::to_string(i + 1).data(), 1));
   std::set<std::pair<std::size_t, std::size_t>> drawn;
@@ -53,7 +58,7 @@ std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::
   // Sparse graphs show their cycles in rings; dense ones their middle by springs.
   const char* engine = drawn.size() <= agents + agents / 4 || drawn.size() > 4 * agents ? "circo" : "neato";
   std::vector<std::pair<double, double>> places(agents, {0.5, 0.5});
-  if (gvLayout(context.get(), graph.get(), engine) != 0) return places;
+  if (gvLayout(context, graph.get(), engine) != 0) return places;
   double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;
   for (std::size_t i = 0; i < agents; ++i) {
     const pointf at = ND_coord(nodes[i]);
@@ -68,7 +73,7 @@ std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::
     x = std::round(1e4 * ((x - left) / size + 0.5 * (1.0 - (right - left) / size))) / 1e4;
     y = std::round(1e4 * ((top - y) / size + 0.5 * (1.0 - (top - bottom) / size))) / 1e4;
   }
-  gvFreeLayout(context.get(), graph.get());
+  gvFreeLayout(context, graph.get());
   return places;
 }
 

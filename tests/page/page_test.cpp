@@ -60,7 +60,9 @@ class Page : public testing::Test {
       });)js");
     EXPECT_EQ(told.size(), count);
     for (const Json& one : told)
-      if (one[0] != "0") EXPECT_NE(one[1], one[2]);
+      if (one[0] != "0") {
+        EXPECT_NE(one[1], one[2]);
+      }
   }
 
   Folder folder_;
@@ -177,7 +179,9 @@ TEST_F(Page, IsServedToThisHostAloneAndOnlyToRead) {
     to.sin_port = htons(static_cast<std::uint16_t>(port));
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     if (connect(one, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) break;
-    if (i % 2 == 0) EXPECT_EQ(send(one, "GET / HT", 8, MSG_NOSIGNAL), 8);
+    if (i % 2 == 0) {
+      EXPECT_EQ(send(one, "GET / HT", 8, MSG_NOSIGNAL), 8);
+    }
     silent.push_back(one);
   }
   httplib::Client patient("127.0.0.1", port);

@@ -60,7 +60,9 @@ TEST(Decimation, LeavesOutWhatIsNotThere) {
   EXPECT_TRUE(std::isnan(curves.y[0].front()));
   EXPECT_EQ(curves.y[0].back(), 299.0);
   for (std::size_t i = 0; i < curves.x.size(); ++i)
-    if (!std::isnan(curves.y[0][i])) EXPECT_GE(curves.y[0][i], 150.0);
+    if (!std::isnan(curves.y[0][i])) {
+      EXPECT_GE(curves.y[0][i], 150.0);
+    }
 }
 
 TEST(Quantiles, InterpolateBetweenOrderStatistics) {
