@@ -24,7 +24,15 @@ double squared_distance(const double* a, const double* b, std::size_t dimension)
   return sum;
 }
 
-/// |estimate - state|^2; numbers that the part has not are left out, what is not estimated counts with the state itself.
+/// Calls use(j, offset) for every agent j whose part agent i estimates, with the place of that estimate among the numbers of i.
+template <class Use>
+void for_each_slot(const Trace& trace, std::size_t i, Use&& use) {
+  if (trace.truth == Truth::state) use(i, std::size_t{0});
+  for (std::size_t j = 0; trace.truth == Truth::everybody && j < trace.agents; ++j) use(j, j * trace.state_dimension);
+}
+
+}  // namespace
+
 double squared_error(std::span<const double> estimate, std::span<const double> state) {
   double sum = 0.0;
   for (std::size_t c = 0; c < state.size(); ++c) {
@@ -34,15 +42,6 @@ double squared_error(std::span<const double> estimate, std::span<const double> s
   }
   return sum;
 }
-
-/// Calls use(j, offset) for every agent j whose part agent i estimates, with the place of that estimate among the numbers of i.
-template <class Use>
-void for_each_slot(const Trace& trace, std::size_t i, Use&& use) {
-  if (trace.truth == Truth::state) use(i, std::size_t{0});
-  for (std::size_t j = 0; trace.truth == Truth::everybody && j < trace.agents; ++j) use(j, j * trace.state_dimension);
-}
-
-}  // namespace
 
 double disagreement(std::span<const double> estimates, std::size_t agents, std::size_t dimension) {
   check(estimates.size() == agents * dimension, "disagreement needs agents x dimension estimates");

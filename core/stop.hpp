@@ -17,6 +17,9 @@ struct Convergence {
 /// Largest Euclidean distance between two agents' numbers; agents that are absent (kAbsent) are left out. Any other NaN makes it NaN.
 double disagreement(std::span<const double> estimates, std::size_t agents, std::size_t dimension);
 
+/// |estimate - state|^2; numbers that the part has not are left out, what is not estimated counts with the state itself.
+double squared_error(std::span<const double> estimate, std::span<const double> state);
+
 /// Estimators: the norm of all agents' errors, stacked. A part of the plant that an agent has no estimate of counts with its whole state;
 /// agents that are absent, and their parts, are left out.
 double estimation_error(const Trace& trace, const RoundReport& report);

@@ -29,16 +29,6 @@ class Picked {
 
 }  // namespace
 
-double square_error(Numbers estimate, Numbers state) {
-  double sum = 0.0;
-  for (std::size_t c = 0; c < state.size(); ++c) {
-    if (is_absent(state[c])) continue;
-    const double error = is_absent(estimate[c]) ? state[c] : estimate[c] - state[c];
-    sum += error * error;
-  }
-  return sum;
-}
-
 Trace outline_of(const RecordedRun& run) {
   Trace trace;
   trace.agents = run.agents;

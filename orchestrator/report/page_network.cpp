@@ -55,8 +55,8 @@ std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::
     const std::pair<std::size_t, std::size_t> ends = std::minmax({index_of(edge.from), index_of(edge.to)});
     if (drawn.insert(ends).second) agedge(graph.get(), nodes[ends.first], nodes[ends.second], nullptr, 1);
   }
-  // Sparse graphs show their cycles in rings; dense ones their middle by springs.
-  const char* engine = drawn.size() <= agents + agents / 4 || drawn.size() > 4 * agents ? "circo" : "neato";
+  // Cycles and trees look like what they are; with more edges, circo would take hours, and springs a moment.
+  const char* engine = drawn.size() <= agents ? "circo" : "neato";
   std::vector<std::pair<double, double>> places(agents, {0.5, 0.5});
   if (gvLayout(context, graph.get(), engine) != 0) return places;
   double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;

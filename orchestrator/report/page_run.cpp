@@ -1,5 +1,6 @@
 #include "orchestrator/report/page_run.hpp"
 
+#include "core/stop.hpp"
 #include "orchestrator/report/curves.hpp"
 
 #include <fmt/format.h>
@@ -106,7 +107,7 @@ class RunPage {
           x.push_back(at(all, owner, plant[c]));
           z.push_back(at(all, i, estimate[j * plant.size() + c]));
         }
-        if (!is_absent(x.front())) sum += square_error(z, x);
+        if (!is_absent(x.front())) sum += squared_error(z, x);
       }
       return is_absent(at(all, i, estimate.front())) && is_absent(at(all, i, plant.front())) ? kNothing : std::sqrt(sum);
     };

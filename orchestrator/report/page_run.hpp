@@ -23,9 +23,6 @@ nlohmann::ordered_json page_run(const RecordedRun& run, Seconds dt, std::size_t 
 /// Enough of a trace for core/stop.hpp: what the numbers of a report are, without reports.
 Trace outline_of(const RecordedRun& run);
 
-/// |estimate - state|^2; numbers that the part has not are left out, what is not estimated counts with the state itself.
-double square_error(std::span<const double> estimate, std::span<const double> state);
-
 /// How far each report of a run is from what it is for: the disagreement, or of estimators the error, as the stop rule has it.
 struct DeviationCurve {
   std::vector<double> time, value;  ///< s
