@@ -1,5 +1,6 @@
 #include "core/math/controllability.hpp"
 
+#include "core/errors.hpp"
 #include "core/math/schur.hpp"
 #include "core/math/shapes.hpp"
 
@@ -52,6 +53,7 @@ Split controllable_split(const Matrix& A, const Matrix& B) {
   double threshold = kNegligible;
   while (split.dimension < n) {
     const Eigen::Index left = n - split.dimension;
+    if (!driven.allFinite()) throw ConfigError("controllability: A or B is too large to be turned, its entries overflow");
     const Eigen::JacobiSVD<Matrix> svd(driven, Eigen::ComputeFullU);
     const Eigen::Index added = (svd.singularValues().array() > threshold).count();
     if (added == 0) break;

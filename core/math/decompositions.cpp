@@ -20,50 +20,70 @@ void require_success(const Solver& solver, std::string_view what, Eigen::Index n
     throw RunError("the eigenvalues of " + std::string(what) + ", " + std::to_string(n) + " x " + std::to_string(n) + ", did not converge");
 }
 
+// Of numbers that are not finite, Eigen's iterations read beside the matrix or hand out memory that nobody wrote.
+template <class AnyMatrix>
+const AnyMatrix& finite(const AnyMatrix& A, std::string_view what) {
+  if (!A.allFinite())
+    throw RunError(std::string(what) + " (" + std::to_string(A.rows()) + " x " + std::to_string(A.cols()) + ") is not finite");
+  return A;
+}
+
+constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
+Vector undefined(Eigen::Index n) { return Vector::Constant(n, kUndefined); }
+
+template <class AnyMatrix>
+Vector singular_values_of(const AnyMatrix& a) {
+  return a.allFinite() ? Vector(Eigen::JacobiSVD<AnyMatrix>(a).singularValues()) : undefined(std::min(a.rows(), a.cols()));
+}
+
 Eigen::PartialPivLU<Matrix> invertible(const Matrix& A, std::string_view what) {
-  const auto named = [&] { return std::string(what) + " (" + shape_of(A) + ") is "; };
-  if (!A.allFinite()) throw RunError(named() + "not finite");
-  Eigen::PartialPivLU<Matrix> factor(A);
+  Eigen::PartialPivLU<Matrix> factor(finite(A, what));
   if (const double reciprocal = factor.rcond(); !(reciprocal > std::numeric_limits<double>::epsilon()))
-    throw RunError(named() + "singular within rounding, condition number " + text_of(1.0 / reciprocal));
+    throw RunError(std::string(what) + " (" + shape_of(A) + ") is singular within rounding, condition number " + text_of(1.0 / reciprocal));
   return factor;
 }
 
 }  // namespace
 
 SymmetricEigen symmetric_eigen(const Matrix& a) {
+  if (!a.allFinite()) return {undefined(a.rows()), Matrix::Constant(a.rows(), a.cols(), kUndefined)};
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(a);
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
-Vector symmetric_eigenvalues(const Matrix& a) { return Eigen::SelfAdjointEigenSolver<Matrix>(a, Eigen::EigenvaluesOnly).eigenvalues(); }
+Vector symmetric_eigenvalues(const Matrix& a) {
+  if (!a.allFinite()) return undefined(a.rows());
+  return Eigen::SelfAdjointEigenSolver<Matrix>(a, Eigen::EigenvaluesOnly).eigenvalues();
+}
 
 SymmetricEigen symmetric_eigen(const Matrix& K, const Matrix& M, std::string_view what) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(K, M);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(finite(K, what), finite(M, what));
   require_success(solver, what, K.rows());
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
 GeneralEigen eigen(const Matrix& a, std::string_view what) {
-  const Eigen::EigenSolver<Matrix> solver(a);
+  const Eigen::EigenSolver<Matrix> solver(finite(a, what));
   require_success(solver, what, a.rows());
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
 Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what) {
-  const Eigen::EigenSolver<Matrix> solver(a, false);
+  const Eigen::EigenSolver<Matrix> solver(finite(a, what), false);
   require_success(solver, what, a.rows());
   return solver.eigenvalues();
 }
 
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what) {
-  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(a, false);
+  // The other solvers bring entries near the largest number to one themselves.
+  const double scale = finite(a, what).size() == 0 ? 0.0 : a.cwiseAbs().maxCoeff();
+  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(scale > 0.0 ? Eigen::MatrixXcd(a / scale) : a, false);
   require_success(solver, what, a.rows());
-  return solver.eigenvalues();
+  return scale > 0.0 ? Eigen::VectorXcd(scale * solver.eigenvalues()) : solver.eigenvalues();
 }
 
-Vector singular_values(const Matrix& a) { return Eigen::JacobiSVD<Matrix>(a).singularValues(); }
-Vector singular_values(const Eigen::MatrixXcd& a) { return Eigen::JacobiSVD<Eigen::MatrixXcd>(a).singularValues(); }
+Vector singular_values(const Matrix& a) { return singular_values_of(a); }
+Vector singular_values(const Eigen::MatrixXcd& a) { return singular_values_of(a); }
 
 double spectral_norm(const Matrix& a) {
   if (a.size() == 0) return 0.0;

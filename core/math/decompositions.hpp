@@ -1,5 +1,6 @@
 #pragma once
 /// Decompositions of dense matrices, compiled once: their templates are what a build spends most of its time on. All are Eigen's.
+/// Of a matrix that is not finite, those that take a name throw RunError, which says it; the others answer NaN.
 
 #include "core/types.hpp"
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <complex>
 #include <functional>
 #include <limits>
 #include <string>
@@ -34,6 +36,31 @@ TEST(Decompositions, AMatrixThatIsNotFiniteIsSaidToBe) {
   Matrix A = Matrix::Identity(2, 2);
   A(0, 1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(error_of([&] { inverse(A, "P_j + Omega"); }), "P_j + Omega (2 x 2) is not finite");
+}
+
+TEST(Decompositions, NoIterationBeginsOnNumbersThatAreNotFinite) {
+  for (const double beyond : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    for (const Eigen::Index n : {1, 2, 3}) {
+      const Matrix A = Matrix::Constant(n, n, beyond);
+      const Eigen::MatrixXcd complex = A.cast<std::complex<double>>();
+      const std::string size = std::to_string(n) + " x " + std::to_string(n);
+      for (const std::string& message :
+           {error_of([&] { eigen(A, "A - L C"); }), error_of([&] { eigenvalues(A, "A - L C"); }),
+            error_of([&] { eigenvalues(complex, "A - L C"); }), error_of([&] { symmetric_eigen(A, Matrix::Identity(n, n), "A - L C"); })})
+        EXPECT_EQ(message, "A - L C (" + size + ") is not finite");
+      for (const Vector& values : {symmetric_eigenvalues(A), symmetric_eigen(A).values, singular_values(A), singular_values(complex)})
+        EXPECT_TRUE(values.array().isNaN().all() && values.size() == n) << size;
+    }
+  }
+}
+
+TEST(Decompositions, EigenvaluesNearTheLargestNumberAreFound) {
+  Eigen::MatrixXcd a(2, 2);
+  a << 1.0, std::complex<double>(0.0, 2.0), std::complex<double>(0.0, -2.0), 1.0;  // eigenvalues 3 and -1
+  Vector found = eigenvalues(Eigen::MatrixXcd(1e307 * a), "a").real();
+  std::sort(found.begin(), found.end());
+  EXPECT_NEAR(found[0], -1e307, 1e293);
+  EXPECT_NEAR(found[1], 3e307, 1e293);
 }
 
 TEST(Decompositions, AMatrixOfConditionTenToTheFourteenIsStillInverted) {
