@@ -9,7 +9,8 @@ SOURCES = git ls-files '*.cpp' '*.hpp'
 FILES ?= $$(git ls-files '*.cpp' ':!tests')
 
 .DEFAULT_GOAL := help
-.PHONY: help setup configure build run test experiments soak bench fuzz docs tables format format-check tidy cppcheck lint hooks clean
+.PHONY: help setup setup-tests configure configure-tests build run test experiments soak bench fuzz docs tables format format-check tidy \
+  cppcheck lint hooks clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
@@ -20,7 +21,7 @@ help:
 	@echo 'make fuzz     set up clang, build the fuzzers, run each for FUZZ_SECONDS ($(FUZZ_SECONDS)); what they find is in build/fuzz'
 	@echo 'make docs     set up mkdocs, make the site of README, guide and docs in build/site'
 	@echo 'make tables   set up, build, renew what guide and schema say of protocols, plants and metrics'
-	@echo 'make build    set up and build only'
+	@echo 'make build    set up and build the three programs only'
 	@echo 'make format   format the sources in place'
 	@echo 'make lint     check formatting, clang-tidy, cppcheck'
 	@echo 'make hooks    from now on git commits only what is formatted and passes clang-tidy'
@@ -35,39 +36,46 @@ ifneq ($(filter asan tsan,$(PRESET)),)
 endif
 endif
 
+setup-tests: setup
+ifneq ($(SETUP),no)
+	@deploy/setup.sh --list deploy/packages-tests.txt
+endif
+
 configure: $(BUILD)/build.ninja
 
-# Ninja itself configures again when a CMake file has changed.
+# Without tests, until somebody asks for them. Ninja itself configures again when a CMake file has changed.
 $(BUILD)/build.ninja: | setup
-	@cmake --preset $(PRESET)
+	@cmake --preset $(PRESET) -DCONSORT_TESTS=OFF
+
+configure-tests: setup-tests
+	@grep -qs '^build core_tests: phony' $(BUILD)/build.ninja || cmake --preset $(PRESET) -DCONSORT_TESTS=ON
 
 build: setup configure
-	@cmake --build --preset $(PRESET) --parallel $(JOBS)
-
-run: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort consort-agent consort-plant
+
+run: build
 	@$(BUILD)/bin/consort run $(EXPERIMENT)
 
-test: build
+test: configure-tests
+	@cmake --build --preset $(PRESET) --parallel $(JOBS)
 	@ctest --preset $(PRESET) --parallel $(JOBS)
 
 experiments: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target experiments
 
 # Random experiments, one seed after the other, until one fails or you have seen enough.
-soak: setup configure
+soak: configure-tests
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target swarm_tests
 	@seed=$(or $(SEED),1001); while CONSORT_SWARM_SEED=$$seed $(BUILD)/bin/swarm_tests --gtest_brief=1; do \
 	  echo "seed $$seed held"; seed=$$((seed + 1)); done; echo "seed $$seed failed"; exit 1
 
-bench: setup configure
+bench: configure-tests
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target bench
 
 # Each fuzzer begins with the corpus in tests/fuzz and with valid inputs, and keeps what is new in build/fuzz. A failure ends it and names a
 # file; that file belongs into the corpus, where the ordinary tests read it from then on.
-fuzz:
+fuzz: setup-tests
 ifneq ($(SETUP),no)
-	@deploy/setup.sh
 	@deploy/setup.sh --list deploy/packages-clang.txt
 endif
 	@cmake --preset fuzz
@@ -95,20 +103,20 @@ tables: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target consort
 	@docs/renew-tables.sh $(BUILD)/bin/consort
 
-format:
+format: setup-tests
 	@$(SOURCES) | xargs clang-format -i
 
-format-check: setup
+format-check: setup-tests
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
 # clang-tidy reads the compile commands, without GCC's precompiled headers and batches, and the headers generated from the IDL.
 # FILES='core/network/graph.cpp …' looks through these only.
-tidy: setup
+tidy: setup-tests
 	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCONSORT_BATCHES=OFF >/dev/null
 	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate
 	@echo $(FILES) | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
 
-cppcheck: setup
+cppcheck: setup-tests
 	@cppcheck --quiet --error-exitcode=1 --std=c++20 --language=c++ -j $(JOBS) --enable=warning,performance,portability \
 	  --inline-suppr --suppressions-list=deploy/cppcheck.txt -I . -I dds/include $$(git ls-files '*.cpp' ':!tests')
 
