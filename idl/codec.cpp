@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -76,33 +77,19 @@ consort_wire_NamedArray named_array(const Values::Entry& entry) {
   return out;
 }
 
-consort_wire_LinkRule link_rule(std::uint32_t from, Round since, const LinkSpec& spec) {
+consort_wire_LinkRule link_rule(std::uint32_t from, Round since, const LinkSpec& spec, Arena& arena) {
   consort_wire_LinkRule out{};
   out.from = from;
   out.since = since;
-  out.loss_probability = spec.loss_probability;
-  out.bursts = spec.bursts.has_value();
-  const BurstLoss bursts = spec.bursts.value_or(BurstLoss{});
-  out.good_to_bad = bursts.good_to_bad;
-  out.bad_to_good = bursts.bad_to_good;
-  out.loss_in_good = bursts.loss_in_good;
-  out.loss_in_bad = bursts.loss_in_bad;
-  out.distance_safe = spec.distance ? spec.distance->safe : 0.0;
-  out.distance_lost = spec.distance ? spec.distance->lost : 0.0;
-  out.delay_rounds = spec.delay_rounds;
-  out.jitter = static_cast<std::uint8_t>(spec.jitter.kind);
-  out.jitter_mean = spec.jitter.mean;
-  out.jitter_spread = spec.jitter.spread;
-  out.duplication = spec.duplication;
-  out.reordering = spec.reordering ? spec.reordering->probability : 0.0;
-  out.later_rounds = spec.reordering ? spec.reordering->later_rounds : 0;
-  out.quantiser_bits = spec.quantiser ? spec.quantiser->bits : 0;
-  out.quantiser_low = spec.quantiser ? spec.quantiser->low : 0.0;
-  out.quantiser_high = spec.quantiser ? spec.quantiser->high : 0.0;
-  out.noise_rows = static_cast<std::uint32_t>(spec.noise_covariance.rows());
-  out.noise_columns = static_cast<std::uint32_t>(spec.noise_covariance.cols());
-  out.noise_covariance =
-      borrow<decltype(out.noise_covariance)>(spec.noise_covariance.data(), static_cast<std::size_t>(spec.noise_covariance.size()));
+  const Values effects = values_of(spec);  // is gone before the sample is written
+  out.effects = convert_all<decltype(out.effects)>(effects.entries(), arena, [&arena](const Values::Entry& effect) {
+    consort_wire_NamedArray numbers = named_array(effect);
+    const auto count = static_cast<std::size_t>(effect.value.size());
+    auto* kept = allocate<double>(arena, count);
+    std::copy_n(effect.value.data(), count, kept);
+    numbers.values = borrow<decltype(numbers.values)>(kept, count);
+    return numbers;
+  });
   return out;
 }
 
@@ -115,8 +102,8 @@ consort_wire_MemberAssignment member_assignment(const MemberTask& member, Arena&
   out.hears_everyone = member.hears_everyone;
   out.in_neighbours = ids<decltype(out.in_neighbours)>(member.in_neighbours, arena);
   out.remote_readers = member.remote_readers;
-  out.links = convert_all<decltype(out.links)>(member.link_changes, arena, [](const LinkModel::Change& change) {
-    return link_rule(change.edge->from.value, change.since, change.spec);
+  out.links = convert_all<decltype(out.links)>(member.link_changes, arena, [&arena](const LinkModel::Change& change) {
+    return link_rule(change.edge->from.value, change.since, change.spec, arena);
   });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
   out.measurements = member.measurements;
@@ -297,19 +284,11 @@ Values named_arrays(const Sequence& sequence, const char* field) {
 }
 
 LinkSpec link_spec(const consort_wire_LinkRule& rule) {
-  require(rule.jitter <= static_cast<std::uint8_t>(Jitter::Kind::normal), "jitter");
-  LinkSpec out;
-  out.loss_probability = rule.loss_probability;
-  if (rule.bursts) out.bursts = BurstLoss{rule.good_to_bad, rule.bad_to_good, rule.loss_in_good, rule.loss_in_bad};
-  if (rule.distance_lost != 0.0) out.distance = DistanceLoss{rule.distance_safe, rule.distance_lost};
-  out.delay_rounds = rule.delay_rounds;
-  out.jitter = {static_cast<Jitter::Kind>(rule.jitter), rule.jitter_mean, rule.jitter_spread};
-  out.duplication = rule.duplication;
-  if (rule.later_rounds > 0) out.reordering = Reordering{rule.reordering, rule.later_rounds};
-  if (rule.quantiser_bits > 0) out.quantiser = Quantiser{rule.quantiser_bits, rule.quantiser_low, rule.quantiser_high};
-  out.noise_covariance = matrix(rule.noise_rows, rule.noise_columns, view(rule.noise_covariance), "noise_covariance");
-  if (const auto found = objection(out)) throw Rejected("link: " + *found);
-  return out;
+  try {
+    return link_of(named_arrays(rule.effects, "link.effects"));
+  } catch (const ConfigError&) {
+    throw Rejected("link.effects");
+  }
 }
 
 /// Changes of links, ascending by their round.
@@ -490,9 +469,9 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   out.recorded = in.recorded ? *in.recorded ? 2 : 1 : 0;
   out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
-  out.standard_link = link_rule(0, 0, in.standard_link);
+  out.standard_link = link_rule(0, 0, in.standard_link, arena);
   out.link_changes = convert_all<decltype(out.link_changes)>(
-      in.link_changes, arena, [](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec); });
+      in.link_changes, arena, [&arena](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec, arena); });
   out.largest_state = in.largest_state;
   out.largest_control = in.largest_control;
   out.relays = in.relays;

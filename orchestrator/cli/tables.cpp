@@ -1,6 +1,7 @@
 #include "orchestrator/cli/tables.hpp"
 
 #include "models/registry.hpp"
+#include "orchestrator/cli/link_schema.hpp"
 #include "orchestrator/report/terminal.hpp"
 #include "orchestrator/script/topology.hpp"
 #include "protocols/metrics.hpp"
@@ -164,6 +165,7 @@ std::string schema_of_tables() {
                                {"additionalProperties", number},
                                {"examples", Json::array({{{"Q", 0.2}}})}};
   definitions.update(words);
+  definitions.update(link_definitions());
   std::string out;
   for (const auto& [name, definition] : definitions.items()) {
     std::string text = Json(name).dump() + ": " + definition.dump(2);

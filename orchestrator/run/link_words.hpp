@@ -1,5 +1,5 @@
 #pragma once
-/// Links and what happens to them, in words.
+/// What happens to links, in words (what a link does: core/network/link_spec.hpp).
 
 #include "core/experiment.hpp"
 
@@ -7,8 +7,6 @@
 
 namespace consort {
 
-/// "loss 0.1, delay 2 rounds", or "ideal".
-std::string words_of(const LinkSpec& link);
 /// What is cut or healed; lists of edges are cut short after `shown`.
 std::string words_of(const LinkEvent& event, std::size_t shown = static_cast<std::size_t>(-1));
 /// Which links change, and what they become.

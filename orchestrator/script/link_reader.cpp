@@ -21,23 +21,15 @@ class LinkReader {
 
   LinkPatch read() && {
     const std::size_t before = mistakes_.count();
-    const auto with = [this](const char* key, auto take) {
-      if (const auto node = section_.find(key); present(node)) take(node, section_.path(key));
-    };
-    with("loss", [this](const auto& node, const std::string& what) { read_loss(node, what); });
+    if (const auto node = section_.find("loss"); present(node)) read_loss(node, section_.path("loss"));
     if (present(section_.find("delay")) && present(section_.find("delay_rounds")))
       mistakes_.add(section_.find("delay"), section_.path("delay") + ": found both 'delay' and 'delay_rounds'; allowed: one of them");
-    with("delay", [this](const auto& node, const std::string& what) { read_delay(node, what, true); });
-    with("delay_rounds", [this](const auto& node, const std::string& what) { read_delay(node, what, false); });
-    with("duplication", [this](const auto& node, const std::string& what) {
-      if (const auto p = read_number(mistakes_, node, what, kProbability)) change([p = *p](LinkSpec& link) { link.duplication = p; });
-    });
-    with("reordering", [this](const auto& node, const std::string& what) { read_reordering(node, what); });
-    with("noise_covariance", [this](const auto& node, const std::string& what) { read_noise(node, what); });
-    with("quantisation", [this](const auto& node, const std::string& what) { read_quantisation(node, what); });
+    for (const char* delay : {"delay", "delay_rounds"})
+      if (const auto node = section_.find(delay); present(node)) read_delay(node, section_.path(delay), delay == std::string_view("delay"));
+    read_effects(section_, false);
     if (mistakes_.count() == before) {
       LinkSpec tried;
-      for (const auto& apply : patch_) apply(tried);
+      change_by(patch_, tried);
       if (const auto found = objection(tried)) mistakes_.add(section_.node(), what_ + ": found " + *found);
     }
     return std::move(patch_);
@@ -46,42 +38,68 @@ class LinkReader {
  private:
   void change(std::function<void(LinkSpec&)> apply) { patch_.push_back(std::move(apply)); }
 
-  static bool none(const YAML::Node& node) { return node.IsScalar() && node.Scalar() == "none"; }
-
-  double probability(const Section& section, const char* key, std::optional<double> otherwise = std::nullopt) {
-    const auto node = otherwise ? section.find(key) : section.required(key);
-    return present(node) ? read_number(mistakes_, node, section.path(key), kProbability).value_or(0.0) : otherwise.value_or(0.0);
-  }
-
-  void read_loss(const YAML::Node& node, const std::string& what) {
-    LinkSpec read;
-    if (node.IsMap()) {
-      const Section loss(mistakes_, node, what, "/definitions/loss/oneOf/1");
-      if (present(loss.find("bernoulli"))) read.loss_probability = probability(loss, "bernoulli");
-      if (const auto bursts = loss.find("gilbert_elliott"); present(bursts)) {
-        const Section part(mistakes_, bursts, loss.path("gilbert_elliott"), "/definitions/gilbert_elliott");
-        if (!part.is_map()) return;
-        read.bursts = BurstLoss{probability(part, "p_good_to_bad"), probability(part, "p_bad_to_good"),
-                                probability(part, "loss_in_good", 0.0), probability(part, "loss_in_bad", 1.0)};
+  /// All effects but the delay, whose two members files have as one.
+  void read_effects(const Section& section, bool of_loss) {
+    LinkSpec::fields([&](const LinkKey& key, auto member) {
+      if constexpr (!std::is_same_v<decltype(member), Round LinkSpec::*> && !std::is_same_v<decltype(member), Jitter LinkSpec::*>) {
+        const std::string name(key.name);
+        if (key.of_loss != of_loss) return;
+        if (const auto node = section.find(name); present(node)) read_effect(node, section.path(name), key, member);
       }
-      if (const auto distance = loss.find("distance"); present(distance)) {
-        const Section part(mistakes_, distance, loss.path("distance"), "/definitions/distance_loss");
-        if (!part.is_map()) return;
-        read.distance = DistanceLoss{distance_in(part, "safe"), distance_in(part, "lost")};
-      }
-    } else {
-      read.loss_probability = read_number(mistakes_, node, what, kProbability).value_or(0.0);
-    }
-    change([read](LinkSpec& link) {
-      link.loss_probability = read.loss_probability;
-      link.bursts = read.bursts;
-      link.distance = read.distance;
     });
   }
 
-  double distance_in(const Section& section, const char* key) {
-    const auto node = section.required(key);
-    return present(node) ? read_number(mistakes_, node, section.path(key), {0.0, kUnbounded, false}).value_or(0.0) : 0.0;
+  void read_number_into(double& to, const YAML::Node& node, const std::string& what, const LinkKey& key) {
+    to = read_number(mistakes_, node, what, {key.least, key.most}).value_or(to);
+  }
+  void read_number_into(std::uint32_t& to, const YAML::Node& node, const std::string& what, const LinkKey& key) {
+    const auto least = static_cast<std::uint64_t>(key.least), most = static_cast<std::uint64_t>(key.most);
+    to = static_cast<std::uint32_t>(read_whole(mistakes_, node, what, least, most).value_or(to));
+  }
+
+  void read_effect(const YAML::Node& node, const std::string& what, const LinkKey& key, double LinkSpec::*member) {
+    double read = 0.0;
+    read_number_into(read, node, what, key);
+    change([member, read](LinkSpec& link) { link.*member = read; });
+  }
+
+  template <class Effect>
+  void read_effect(const YAML::Node& node, const std::string& what, const LinkKey& key, std::optional<Effect> LinkSpec::*member) {
+    if (!key.of_loss && node.IsScalar() && node.Scalar() == "none") return change([member](LinkSpec& link) { (link.*member).reset(); });
+    const Section section(mistakes_, node, what, fmt::format("/definitions/{}{}", key.name, key.of_loss ? "" : "/oneOf/1"));
+    if (!section.is_map()) return;
+    Effect read;
+    Effect::fields([&](const LinkKey& number, auto... members) {
+      const std::string name(number.name);
+      const auto given = number.required ? section.required(name) : section.find(name);
+      if (!present(given)) return;
+      if constexpr (sizeof...(members) == 1)
+        (read_number_into(read.*members, given, section.path(name), number), ...);
+      else
+        read_pair(given, section.path(name), read.*members...);
+    });
+    change([member, read](LinkSpec& link) { link.*member = read; });
+  }
+
+  void read_pair(const YAML::Node& node, const std::string& what, double& low, double& high) {
+    const bool two = node.IsSequence() && node.size() == 2;
+    const auto first = two ? plain_number(node[0]) : std::nullopt, second = first ? plain_number(node[1]) : std::nullopt;
+    if (!second || !(*first < *second)) {
+      mistakes_.add(node, fmt::format("{}: found {}; allowed: [low, high], two numbers, ascending", what, describe(node)));
+      return;
+    }
+    low = *first;
+    high = *second;
+  }
+
+  /// Whatever is lost is said anew: a cause that is not mentioned is none.
+  void read_loss(const YAML::Node& node, const std::string& what) {
+    LinkSpec::fields([this](const LinkKey& key, auto member) {
+      if (key.of_loss) change([member](LinkSpec& link) { link.*member = LinkSpec().*member; });
+    });
+    if (!node.IsMap()) return read_effect(node, what, LinkKey{}, &LinkSpec::loss_probability);
+    const Section loss(mistakes_, node, what, "/definitions/loss/oneOf/1");
+    read_effects(loss, true);
   }
 
   /// A delay in rounds, not rounded: a time (`timed`) or a number of rounds.
@@ -150,17 +168,7 @@ class LinkReader {
     jitter = {Jitter::Kind::uniform, 0.0, static_cast<double>(most - least)};
   }
 
-  void read_reordering(const YAML::Node& node, const std::string& what) {
-    if (none(node)) return change([](LinkSpec& link) { link.reordering.reset(); });
-    const Section section(mistakes_, node, what, "/definitions/reordering/oneOf/1");
-    if (!section.is_map()) return;
-    Reordering read{probability(section, "probability"), 1};
-    if (const auto later = section.find("later_rounds"); present(later))
-      read.later_rounds = static_cast<Round>(read_whole(mistakes_, later, section.path("later_rounds"), 1, kLongestDelay).value_or(1));
-    change([read](LinkSpec& link) { link.reordering = read; });
-  }
-
-  void read_noise(const YAML::Node& node, const std::string& what) {
+  void read_effect(const YAML::Node& node, const std::string& what, const LinkKey&, Matrix LinkSpec::*member) {
     auto covariance = read_matrix(mistakes_, node, what);
     if (!covariance) return;
     try {
@@ -168,31 +176,10 @@ class LinkReader {
       values.set("noise_covariance", *covariance);
       static_cast<void>(values.covariance("noise_covariance", covariance->rows()));  // for its objections
       if (covariance->isZero(0.0)) covariance->resize(0, 0);
-      change([read = *covariance](LinkSpec& link) { link.noise_covariance = read; });
+      change([member, read = *covariance](LinkSpec& link) { link.*member = read; });
     } catch (const ConfigError& error) {
       mistakes_.add(node, fmt::format("{}: {}", what, error.what()));
     }
-  }
-
-  void read_quantisation(const YAML::Node& node, const std::string& what) {
-    if (none(node)) return change([](LinkSpec& link) { link.quantiser.reset(); });
-    const Section section(mistakes_, node, what, "/definitions/quantisation/oneOf/1");
-    if (!section.is_map()) return;
-    Quantiser read;
-    if (const auto bits = section.required("bits"); present(bits))
-      read.bits = static_cast<std::uint32_t>(read_whole(mistakes_, bits, section.path("bits"), 1, 32).value_or(1));
-    const auto range = section.required("range");
-    if (!present(range)) return;
-    const auto low = range.IsSequence() && range.size() == 2 ? plain_number(range[0]) : std::nullopt;
-    const auto high = low ? plain_number(range[1]) : std::nullopt;
-    if (!high || !(*low < *high)) {
-      mistakes_.add(range,
-                    fmt::format("{}: found {}; allowed: [low, high], two numbers, ascending", section.path("range"), describe(range)));
-      return;
-    }
-    read.low = *low;
-    read.high = *high;
-    change([read](LinkSpec& link) { link.quantiser = read; });
   }
 
   Mistakes& mistakes_;

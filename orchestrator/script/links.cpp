@@ -116,24 +116,6 @@ namespace {
 
 YAML::Node number(double value) { return YAML::Node(number_text(value)); }
 
-YAML::Node loss_of(const LinkSpec& link) {
-  if (!link.bursts && !link.distance) return number(link.loss_probability);
-  YAML::Node out(YAML::NodeType::Map);
-  if (link.loss_probability > 0.0) out["bernoulli"] = number(link.loss_probability);
-  if (link.bursts) {
-    YAML::Node part = out["gilbert_elliott"];
-    part["p_good_to_bad"] = number(link.bursts->good_to_bad);
-    part["p_bad_to_good"] = number(link.bursts->bad_to_good);
-    part["loss_in_good"] = number(link.bursts->loss_in_good);
-    part["loss_in_bad"] = number(link.bursts->loss_in_bad);
-  }
-  if (link.distance) {
-    out["distance"]["safe"] = number(link.distance->safe);
-    out["distance"]["lost"] = number(link.distance->lost);
-  }
-  return out;
-}
-
 YAML::Node delay_of(const LinkSpec& link) {
   YAML::Node out(YAML::NodeType::Map);
   switch (link.jitter.kind) {
@@ -155,26 +137,37 @@ YAML::Node delay_of(const LinkSpec& link) {
   return out;
 }
 
+YAML::Node node_of(double value) { return number(value); }
+YAML::Node node_of(const Matrix& matrix) { return matrix.size() > 0 ? matrix_node(matrix) : number(0.0); }
+template <class Effect>
+YAML::Node node_of(const std::optional<Effect>& effect) {
+  if (!effect) return YAML::Node("none");
+  YAML::Node out(YAML::NodeType::Map);
+  Effect::fields([&](const LinkKey& key, auto first, auto... second) {
+    const auto written = [&](auto member) { return number(static_cast<double>((*effect).*member)); };
+    const std::string name(key.name);
+    if constexpr (sizeof...(second) == 0)
+      out[name] = written(first);
+    else
+      for (const YAML::Node& each : {written(first), written(second)...}) out[name].push_back(each);
+  });
+  return out;
+}
+
 }  // namespace
 
 void put_link(YAML::Node& out, const LinkSpec& link) {
-  out["loss"] = loss_of(link);
-  out["delay_rounds"] = delay_of(link);
-  out["duplication"] = number(link.duplication);
-  if (link.reordering) {
-    out["reordering"]["probability"] = number(link.reordering->probability);
-    out["reordering"]["later_rounds"] = link.reordering->later_rounds;
-  } else {
-    out["reordering"] = "none";
-  }
-  out["noise_covariance"] = link.noise_covariance.size() > 0 ? matrix_node(link.noise_covariance) : number(0.0);
-  if (link.quantiser) {
-    out["quantisation"]["bits"] = link.quantiser->bits;
-    out["quantisation"]["range"].push_back(number(link.quantiser->low));
-    out["quantisation"]["range"].push_back(number(link.quantiser->high));
-  } else {
-    out["quantisation"] = "none";
-  }
+  const Values effects = values_of(link);
+  YAML::Node loss(YAML::NodeType::Map);
+  out["loss"] = number(link.loss_probability);
+  LinkSpec::fields([&](const LinkKey& key, auto member) {
+    const std::string name(key.name);
+    if constexpr (std::is_same_v<decltype(member), Round LinkSpec::*>)
+      out[name] = delay_of(link);
+    else if constexpr (!std::is_same_v<decltype(member), Jitter LinkSpec::*>)
+      if (!key.of_loss || effects.has(name)) (key.of_loss ? loss : out)[name] = node_of(link.*member);
+  });
+  if (loss.size() > 1 || (loss.size() == 1 && link.loss_probability == 0.0)) out["loss"] = loss;
 }
 
 }  // namespace consort::script

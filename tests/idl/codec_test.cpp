@@ -7,7 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace consort::wire {
 namespace {
@@ -212,30 +215,45 @@ TEST(Codec, RefusesAssignmentsThatBreakABound) {
   expect_assignment_refused("dt zero", [](auto& s) { s.dt = 0; });
   expect_assignment_refused("dt not a number", [&](auto& s) { s.dt = nan; });
   expect_assignment_refused("report interval zero", [](auto& s) { s.report_interval = 0; });
-  expect_assignment_refused("probability above one", [](auto& s) { s.standard_link.loss_probability = 1.5; });
-  expect_assignment_refused("probability not a number", [&](auto& s) { s.standard_link.loss_probability = nan; });
-  expect_assignment_refused("jitter of no kind", [](auto& s) { s.standard_link.jitter = 4; });
-  expect_assignment_refused("delay too long", [](auto& s) { s.standard_link.delay_rounds = 70'000; });
-  expect_assignment_refused("bursts that never change", [](auto& s) {
-    s.standard_link.bursts = true;
-    s.standard_link.good_to_bad = s.standard_link.bad_to_good = 0.0;
-  });
-  expect_assignment_refused("mean delay not a number", [&](auto& s) { s.standard_link.jitter_mean = nan; });
-  expect_assignment_refused("copies more often than always", [](auto& s) { s.standard_link.duplication = 2.0; });
-  expect_assignment_refused("reordering by too much", [](auto& s) { s.standard_link.later_rounds = 70'000; });
-  expect_assignment_refused("too many bits", [](auto& s) { s.standard_link.quantiser_bits = 64; });
-  expect_assignment_refused("distances upside down", [](auto& s) {
-    s.standard_link.distance_safe = 2.0;
-    s.standard_link.distance_lost = 1.0;
-  });
   expect_assignment_refused("changes out of order", [](auto& s) { s.members._buffer[0].links._buffer[0].since = 41; });
-  expect_assignment_refused("noise of the wrong shape", [](auto& s) { s.standard_link.noise_rows = 3; });
   expect_assignment_refused("values and shape differ", [](auto& s) { s.members._buffer[0].initial._buffer[0].rows = 5; });
   expect_assignment_refused("an id of zero", [](auto& s) { s.members._buffer[0].agent = 0; });
   expect_assignment_refused("an id beyond the agents", [](auto& s) { s.members._buffer[0].agent = 13; });
   expect_assignment_refused("neighbours out of order", [](auto& s) { s.members._buffer[0].in_neighbours._buffer[0] = 12; });
-  expect_assignment_refused("absurd delay", [](auto& s) { s.members._buffer[0].links._buffer[0].delay_rounds = 1'000'000; });
   expect_assignment_refused("a value without a name", [](auto& s) { s.members._buffer[0].initial._buffer[0].name[0] = '\0'; });
+}
+
+/// Of the second change of the first member's links, which does all that a link can do.
+consort_wire_NamedArray& effect(consort_wire_Assignment& sample, std::string_view name) {
+  const auto& effects = sample.members._buffer[0].links._buffer[1].effects;
+  const auto found = std::find_if(effects._buffer, effects._buffer + effects._length, [&](const auto& each) { return each.name == name; });
+  if (found == effects._buffer + effects._length) throw std::invalid_argument("no effect " + std::string(name));
+  return *found;
+}
+
+TEST(Codec, RefusesLinksThatMakeNoSense) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto expect_refused = [](const char* name, std::size_t number, double value) {
+    expect_assignment_refused(name, [&](auto& s) { effect(s, name).values._buffer[number] = value; });
+  };
+  expect_refused("bernoulli", 0, 1.5);
+  expect_refused("bernoulli", 0, nan);
+  expect_refused("jitter", 0, 4.0);  // of no kind
+  expect_refused("jitter", 1, nan);
+  expect_refused("delay_rounds", 0, 1'000'000.0);
+  expect_refused("delay_rounds", 0, 1.5);
+  expect_refused("delay_rounds", 0, -1.0);
+  expect_refused("duplication", 0, 2.0);
+  expect_refused("reordering", 1, 70'000.0);
+  expect_refused("quantisation", 0, 64.0);
+  expect_refused("quantisation", 1, 9.0);  // the range upside down
+  expect_refused("distance", 0, 6.0);      // the distances upside down
+  expect_assignment_refused("bursts that never change", [](auto& s) { std::fill_n(effect(s, "gilbert_elliott").values._buffer, 2, 0.0); });
+  expect_assignment_refused("noise of the wrong shape", [](auto& s) { effect(s, "noise_covariance").rows = 3; });
+  expect_assignment_refused("too few numbers",
+                            [](auto& s) { effect(s, "gilbert_elliott").rows = effect(s, "gilbert_elliott").values._length = 3; });
+  expect_assignment_refused("an effect that nobody knows", [](auto& s) { std::strcpy(effect(s, "duplication").name, "duplicity"); });
+  expect_assignment_refused("an effect twice", [](auto& s) { std::strcpy(effect(s, "duplication").name, "bernoulli"); });
 }
 
 TEST(Codec, RefusesOtherSamplesThatBreakABound) {
