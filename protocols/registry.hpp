@@ -26,10 +26,13 @@ struct ProtocolEntry {
   std::span<const ValueDoc> recorded = {};  ///< what else of its state is worth recording
   bool announces = false;                   ///< its agents tell everybody about themselves in their layout messages
   Truth truth = Truth::none;
+  bool steers = false;       ///< its agents give the plant a control
   bool needs_plant = false;  ///< it measures or steers a plant, and an experiment without one is a mistake
   std::span<const MetricEntry> metrics =
       {};  ///< it offers these beyond those that are true of any run; of two with one name its own counts
   void (*examine)(const TheoryCase&, Findings&) = nullptr;  ///< what theory asks of an experiment; null: nothing
+  /// They agree on the plant's states, which they steer, and not on estimates.
+  [[nodiscard]] bool agrees_on_states() const { return steers && truth == Truth::none; }
   /// Throws ConfigError (naming parameter, what was found, what is allowed).
   std::unique_ptr<Protocol> (*make)(const Values& parameters, const Setup& setup);
 };

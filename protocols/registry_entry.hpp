@@ -55,6 +55,7 @@ ProtocolEntry described(decltype(ProtocolEntry::make) make, bool announces) {
           recorded_values_of<Spec>(),
           announces,
           truth_of<Spec>(),
+          Steers<Spec>,
           needs_plant,
           metrics,
           examine,

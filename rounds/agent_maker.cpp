@@ -37,7 +37,7 @@ Trace AgentMaker::empty_trace(const Protocol& first) const {
   if (physics_) trace.state_layout = physics_->state_layout();
   trace.state_dimension = trace.state_layout.size();
   trace.truth = entry_.truth;
-  trace.agrees_on_states = physics_ && first.control_size() > 0 && trace.truth == Truth::none;
+  trace.agrees_on_states = physics_ && entry_.agrees_on_states();
   return trace;
 }
 

@@ -20,11 +20,11 @@ void Scribe::launching(std::size_t found, std::size_t ready, std::size_t total) 
   if (progress_) progress_->launching(found, ready, total);
 }
 
-void Scribe::run_begins(const Job& job, const RunLayouts& layouts) {
+void Scribe::run_begins(const Job& job, const Trace& outline) {
   if (job.number == 0) times_.startup_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-  record_->begin_run(job, layouts);
+  record_->begin_run(job, outline);
   for (const std::string& text : std::exchange(remarks_, {})) record_->event(job, 0, "remark", text);
-  if (progress_) progress_->run_begins(job, layouts);
+  if (progress_) progress_->run_begins(job, outline);
 }
 
 void Scribe::report(const Job& job, const RoundReport& report) {

@@ -20,7 +20,7 @@ class Scribe : public RunObserver {
   Scribe(const Experiment& experiment, const std::filesystem::path& output, bool quiet);
 
   void launching(std::size_t found, std::size_t ready, std::size_t total) override;
-  void run_begins(const Job& job, const RunLayouts& layouts) override;
+  void run_begins(const Job& job, const Trace& outline) override;
   void report(const Job& job, const RoundReport& report) override;
   void event(const Job& job, Round round, const std::string& kind, const std::string& text) override;
   void run_ends(const JobOutcome& outcome) override;

@@ -35,7 +35,7 @@ Trace outline_of(const RecordedRun& run) {
   trace.dimension = run.of_kind("estimate").size();
   trace.state_dimension = run.of_kind("plant").size();
   trace.truth = run.entry().truth;
-  trace.agrees_on_states = trace.truth == Truth::none && trace.state_dimension > 0 && run.entry().needs_plant;
+  trace.agrees_on_states = trace.state_dimension > 0 && run.entry().agrees_on_states();
   return trace;
 }
 

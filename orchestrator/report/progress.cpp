@@ -46,8 +46,8 @@ void Progress::launching(std::size_t found, std::size_t ready, std::size_t total
   show(now, "  " + text, text);
 }
 
-void Progress::run_begins(const Job& job, const RunLayouts& layouts) {
-  agreement_ = layouts.empty_trace(experiment_.agents);
+void Progress::run_begins(const Job& job, const Trace& outline) {
+  agreement_ = outline;
   rounds_before_ += last_round_;
   last_round_ = 0;
   if (job.number == 0) mark_ = clock_();

@@ -22,7 +22,7 @@ class Progress {
   Progress(const Experiment& experiment, TextStyle style, Write write, Clock clock = std::chrono::steady_clock::now);
 
   void launching(std::size_t found, std::size_t ready, std::size_t total);
-  void run_begins(const Job& job, const RunLayouts& layouts);
+  void run_begins(const Job& job, const Trace& outline);
   void report(const Job& job, const RoundReport& report);
   void note(std::string_view text);  ///< a line of its own that stays
   void finish();                     ///< removes the live line

@@ -119,10 +119,10 @@ struct Record::Impl {
 Record::Record(const std::filesystem::path& file, const Experiment& experiment) : impl_(std::make_unique<Impl>(file, experiment)) {}
 Record::~Record() = default;
 
-void Record::begin_run(const Job& job, const RunLayouts& layouts) {
+void Record::begin_run(const Job& job, const Trace& outline) {
   const Experiment& experiment = impl_->experiment;
   const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
-  std::vector<RecordColumn> columns = columns_of(choice, experiment, layouts);
+  std::vector<RecordColumn> columns = columns_of(choice, experiment, outline);
   check(columns.size() <= kMostRecorded, "the reader has refused what the record cannot hold");
   const auto lock = impl_->lock_for_writing();
   impl_->hand_over_agents();

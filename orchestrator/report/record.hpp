@@ -17,7 +17,7 @@ class Record {
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
-  void begin_run(const Job& job, const RunLayouts& layouts);
+  void begin_run(const Job& job, const Trace& outline);
   void add(const Job& job, const RoundReport& report);
   void event(const Job& job, Round round, const std::string& kind, const std::string& text);
   void end_run(const JobOutcome& outcome, const Metrics& metrics = {});

@@ -35,18 +35,19 @@ void add_columns_of(const Layout& layout, const std::string& kind, const std::st
 
 }  // namespace
 
-std::vector<RecordColumn> columns_of(const ProtocolChoice& choice, const Experiment& experiment, const RunLayouts& layouts) {
+std::vector<RecordColumn> columns_of(const ProtocolChoice& choice, const Experiment& experiment, const Trace& outline) {
   const auto table = protocol_table();
   const auto entry = std::find_if(table.begin(), table.end(), [&](const ProtocolEntry& each) { return each.name == choice.name; });
   const auto docs = [&](auto docs_of) { return entry == table.end() ? std::span<const ValueDoc>() : (*entry).*docs_of; };
   std::vector<RecordColumn> columns;
   add_columns_of(
-      layouts.estimate, "estimate", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::estimate), field); }, columns);
+      outline.estimate_layout, "estimate", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::estimate), field); },
+      columns);
   add_columns_of(
-      layouts.recorded, "state", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::recorded), field); }, columns);
+      outline.recorded_layout, "state", "", [&](const auto& field) { return meaning_in(docs(&ProtocolEntry::recorded), field); }, columns);
   const std::string plant = experiment.plant ? experiment.plant->model : "";
   add_columns_of(
-      layouts.state, "plant", "plant_",
+      outline.state_layout, "plant", "plant_",
       [&](const auto& field) { return fmt::format("{}, true state of the agent's part of the plant {}", field, plant); }, columns);
   return columns;
 }

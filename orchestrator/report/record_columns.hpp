@@ -19,6 +19,6 @@ struct RecordColumn {
 };
 
 /// What each agent of a protocol reports, in the order of its rows.
-std::vector<RecordColumn> columns_of(const ProtocolChoice& choice, const Experiment& experiment, const RunLayouts& layouts);
+std::vector<RecordColumn> columns_of(const ProtocolChoice& choice, const Experiment& experiment, const Trace& outline);
 
 }  // namespace consort

@@ -39,7 +39,7 @@ Assignments::Assignments(const Experiment& experiment, const Placement& placemen
   if (find_protocol(protocol().name).announces) told_ = announcements(*placement.support, experiment.presence);
   const std::unique_ptr<Protocol> agent = maker_.make(agent_at(0));
   steers_ = experiment.plant && agent->control_size() > 0;
-  layouts_ = layouts_of(experiment, protocol(), maker_, *agent);
+  outline_ = maker_.empty_trace(*agent);
 }
 
 Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {

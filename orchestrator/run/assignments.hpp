@@ -24,8 +24,8 @@ class Assignments {
                                                std::span<const AgentId> gone = {}) const;
   /// What the plant is told, in parts of bounded size.
   [[nodiscard]] std::vector<PlantAssignment> plant() const;
-  /// Names of the numbers of this job.
-  [[nodiscard]] const RunLayouts& layouts() const { return layouts_; }
+  /// The trace of this job before its first report.
+  [[nodiscard]] const Trace& outline() const { return outline_; }
 
  private:
   [[nodiscard]] Assignment common(Round now, std::span<const AgentId> gone) const;
@@ -40,7 +40,7 @@ class Assignments {
   AgentMaker maker_;
   std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
   bool steers_ = false;                  // the agents steer the plant
-  RunLayouts layouts_;
+  Trace outline_;
 };
 
 }  // namespace consort

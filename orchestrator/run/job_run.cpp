@@ -49,12 +49,11 @@ void JobRun::run() {
 }
 
 void JobRun::run_rounds() {
-  const RunLayouts layouts = session_.layouts();
-  trace_ = layouts.empty_trace(experiment_.agents);
+  trace_ = session_.outline();
   trace_.shelf = spill_in(options_.spill_directory);
   collector_.emplace(experiment_.agents, trace_.dimension, experiment_.rounds, experiment_.report_interval(), trace_.state_dimension,
                      experiment_.presence, trace_.recorded_dimension);
-  observer_.run_begins(job_, layouts);
+  observer_.run_begins(job_, trace_);
   begin();
   while (!over_) {
     session_.step([this](wire::Telemetry&& telemetry) {

@@ -36,40 +36,14 @@ struct SeedRefused : ConfigError {
   Seed seed;
 };
 
-/// Names of the numbers a run deals with.
-struct RunLayouts {
-  Layout message, estimate;
-  Layout state = {};              ///< of an agent's part of the plant; empty without one
-  Truth truth = Truth::none;      ///< what the agents estimate
-  bool agrees_on_states = false;  ///< the agents steer the plant: what they agree on is its states
-  Layout recorded = {};           ///< beside the estimate
-  [[nodiscard]] Trace empty_trace(std::size_t agents) const {
-    Trace trace;
-    trace.agents = agents;
-    trace.dimension = estimate.size();
-    trace.estimate_layout = estimate;
-    trace.recorded_dimension = recorded.size();
-    trace.recorded_layout = recorded;
-    trace.state_dimension = state.size();
-    trace.state_layout = state;
-    trace.truth = truth;
-    trace.agrees_on_states = agrees_on_states;
-    return trace;
-  }
-};
-
-class AgentMaker;
-class Protocol;
-/// `agent`: one that the maker has made; layouts do not depend on which.
-RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker, const Protocol& agent);
-
 /// Watches a run. All calls come from one thread, in order; run_begins .. run_ends nest per job.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
   /// Processes found (they said hello) and ready (they met their neighbours), of `total`. Not called by simulate.
   virtual void launching(std::size_t found, std::size_t ready, std::size_t total) = 0;
-  virtual void run_begins(const Job& job, const RunLayouts& layouts) = 0;
+  /// `outline`: the trace before its first report.
+  virtual void run_begins(const Job& job, const Trace& outline) = 0;
   virtual void report(const Job& job, const RoundReport& report) = 0;
   /// Something worth keeping: an agent died, an event took effect, a stall.
   virtual void event(const Job& job, Round round, const std::string& kind, const std::string& text) = 0;

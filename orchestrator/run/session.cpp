@@ -227,10 +227,10 @@ std::string Session::who_waits() {
   return processes_.who_waits();
 }
 
-RunLayouts Session::layouts() const {
-  const RunLayouts& expected = assignments_->layouts();
+const Trace& Session::outline() const {
+  const Trace& expected = assignments_->outline();
   for (const auto& [agent, layouts] : layouts_)
-    if (layouts.estimate != expected.estimate || layouts.recorded != expected.recorded)
+    if (layouts.estimate != expected.estimate_layout || layouts.recorded != expected.recorded_layout)
       throw RunError(
           fmt::format("agent {} estimates other quantities than agent 1; all agents of a run must have the same dimension", agent.value));
   return expected;

@@ -66,7 +66,7 @@ class Session {
   [[nodiscard]] bool interrupted() const { return options_.interrupt && options_.interrupt->load() != 0; }
   [[nodiscard]] const Processes& processes() const { return processes_; }
   /// Throws RunError if an agent has others than the rest.
-  [[nodiscard]] RunLayouts layouts() const;
+  [[nodiscard]] const Trace& outline() const;
   void grant(const wire::Grant& grant);
   /// Ends the job: the agents report their links and are free for the next one.
   void finish() { hubs_.broadcast(wire::Command{epoch_, wire::Order::finish}); }

@@ -24,10 +24,8 @@ using Clock = std::chrono::steady_clock;
 
 double elapsed_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-RunLayouts layouts_of(const Experiment& experiment, const Job& job) {
-  const ProtocolChoice& choice = experiment.protocols.at(job.protocol);
-  const AgentMaker maker(experiment, choice, job.seed);
-  return consort::layouts_of(experiment, choice, maker, *maker.make(AgentId{1}));
+Trace outline_of(const Experiment& experiment, const Job& job) {
+  return AgentMaker(experiment, experiment.protocols.at(job.protocol), job.seed).empty_trace();
 }
 
 /// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
@@ -150,7 +148,7 @@ Finished run_job(const Experiment& experiment, const Job& job, const std::filesy
 
 SessionTimes run_one(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch,
                      RunObserver& observer) {
-  observer.run_begins(job, layouts_of(experiment, job));
+  observer.run_begins(job, outline_of(experiment, job));
   EventTeller teller(experiment, job, observer);
   const Finished finished = run_job(
       experiment, job, spill, watch, [&] { watch.check_while_made(experiment, job); }, [&] { return watch.ended(); },
@@ -219,17 +217,17 @@ class Workers {
 SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch,
                       RunObserver& observer) {
   SessionTimes times;
-  RunLayouts layouts;
+  Trace outline;
   Workers workers(experiment, jobs, spill, watch);
   for (const Job& job : jobs) {
-    if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) layouts = layouts_of(experiment, job);
+    if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) outline = outline_of(experiment, job);
     Finished finished;
     try {
       finished = workers.next();
     } catch (const Dropped&) {
       break;
     }
-    observer.run_begins(job, layouts);
+    observer.run_begins(job, outline);
     try {
       finished.replay(experiment, observer);
     } catch (const std::exception&) {
@@ -246,17 +244,6 @@ SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs
 }
 
 }  // namespace
-
-RunLayouts layouts_of(const Experiment& experiment, const ProtocolChoice& choice, const AgentMaker& maker, const Protocol& agent) {
-  RunLayouts layouts{agent.message_layout(), agent.estimate_layout()};
-  layouts.recorded = recorded_part(agent.recorded_layout(), experiment.recording.state);
-  if (maker.physics()) {
-    layouts.state = maker.physics()->state_layout();
-    layouts.truth = find_protocol(choice.name).truth;
-    layouts.agrees_on_states = agent.control_size() > 0 && layouts.truth == Truth::none;
-  }
-  return layouts;
-}
 
 std::vector<Job> jobs_of(const Experiment& experiment) {
   std::vector<Job> jobs;

@@ -14,7 +14,7 @@ namespace consort {
 class Keeper : public RunObserver {
  public:
   void launching(std::size_t, std::size_t, std::size_t) override {}
-  void run_begins(const Job&, const RunLayouts&) override {}
+  void run_begins(const Job&, const Trace&) override {}
   void report(const Job&, const RoundReport&) override { ++reports; }
   void event(const Job&, Round, const std::string& kind, const std::string& text) override { events.push_back(kind + ": " + text); }
   void remark(const std::string& text) override { events.push_back("remark: " + text); }

@@ -35,7 +35,13 @@ struct Watched {
   }
 };
 
-const RunLayouts kScalar{{}, {{{"x", 1, 1}}}};
+const Trace kScalar = [] {
+  Trace outline;
+  outline.agents = 2;
+  outline.dimension = 1;
+  outline.estimate_layout = {{{"x", 1, 1}}};
+  return outline;
+}();
 const TextStyle kPlain{true, false, false, 80};
 const TextStyle kTerminal{true, false, true, 80};
 

@@ -49,7 +49,13 @@ struct Numbers {
   }
 };
 
-const Layout kScalar{{{"x", 1, 1}}, 0, 0};
+const Trace kScalar = [] {
+  Trace outline;
+  outline.agents = 2;
+  outline.dimension = 1;
+  outline.estimate_layout = {{{"x", 1, 1}}};
+  return outline;
+}();
 const Layout kVectorWithCovariance{{{"x", 2, 1}, {"P", 2, 2}}, 0, 0};
 
 std::int64_t number(Database& database, const std::string& sql) {
@@ -75,7 +81,7 @@ TEST(Record, GivesBackWhatWasReported) {
   Numbers numbers{3, 1, {}, {}, {}};
   {
     Record record(folder.path() / "record.sqlite", experiment);
-    record.begin_run(job, {{}, kScalar});
+    record.begin_run(job, kScalar);
     for (Round k : {0u, 5u, 7u}) record.add(job, numbers.at(k));
     record.event(job, 5, "cut", "1 -> 2");
     JobOutcome outcome{job, {}, 0.25};
@@ -107,7 +113,7 @@ TEST(Record, KeepsProtocolsWithDifferentLayoutsInOneTable) {
   {
     Record record(folder.path() / "record.sqlite", experiment);
     Numbers scalar{2, 1, {}, {}, {}}, vector{2, 6, {}, {}, {}};
-    record.begin_run(first, {{}, kScalar});
+    record.begin_run(first, kScalar);
     record.add(first, scalar.at(0));
     record.end_run({first, {}, 0.0});
     record.begin_run(second, {{}, kVectorWithCovariance});
@@ -129,7 +135,7 @@ TEST(Record, RunThatNeverEndedKeepsItsCounts) {
   {
     Record record(folder.path() / "record.sqlite", experiment);
     Numbers numbers{2, 1, {}, {}, {}};
-    record.begin_run(job, {{}, kScalar});
+    record.begin_run(job, kScalar);
     record.add(job, numbers.at(4));
   }
   Database database(folder.path() / "record.sqlite", Database::Open::read);
@@ -151,7 +157,7 @@ TEST(Record, FailureOfTheWriterReachesTheCaller) {
   const Job job{0, 0, Seed{1}};
   Record record(folder.path() / "record.sqlite", experiment);
   Numbers numbers{2, 1, {}, {}, {}};
-  record.begin_run(job, {{}, kScalar});
+  record.begin_run(job, kScalar);
   record.add(job, numbers.at(1));
   record.flush();
   record.add(job, numbers.at(1));  // the same round twice breaks the primary key
@@ -177,7 +183,7 @@ TEST(Record, KilledProcessLosesNothingThatWasFlushed) {
     const Job job{0, 0, Seed{1}};
     Record record(file, experiment);
     Numbers numbers{10, 1, {}, {}, {}};
-    record.begin_run(job, {{}, kScalar});
+    record.begin_run(job, kScalar);
     for (Round k = 0;; ++k) {
       record.add(job, numbers.at(k));
       if (k == 999) {
@@ -226,7 +232,7 @@ TEST(Record, SaysWhatItIsOf) {
     for (std::size_t i = 0; i < 2; ++i) {
       const Job job{i, i, Seed{5}};
       Numbers numbers{2, 1, {}, {}, {}};
-      record.begin_run(job, {{}, kScalar});
+      record.begin_run(job, kScalar);
       record.add(job, numbers.at(3));
       record.end_run({job, {}, 0.0}, {{"bias", 0.5}, {"never", std::numeric_limits<double>::quiet_NaN()}});
     }
@@ -258,9 +264,9 @@ TEST(Record, SaysWhatDidNotComeToItsEndOrNeverBegan) {
   const Experiment experiment = experiment_of(2, {"local_voting", "kalman_consensus"});
   {
     Record record(folder.path() / "record.sqlite", experiment);
-    record.begin_run({0, 0, Seed{5}}, {{}, kScalar});
+    record.begin_run({0, 0, Seed{5}}, kScalar);
     record.end_run({{0, 0, Seed{5}}, {}, 0.0, {Ending::signal}}, {{"bias", 0.5}});
-    record.begin_run({1, 1, Seed{5}}, {{}, kScalar});
+    record.begin_run({1, 1, Seed{5}}, kScalar);
     Summary summary;
     summary.complete = false;
     record.conclude(summary);
@@ -279,10 +285,10 @@ TEST(Record, SaysWhatItsColumnsAre) {
   experiment.plant.emplace().model = "integrator";
   {
     Record record(folder.path() / "record.sqlite", experiment);
-    RunLayouts layouts{{}, kScalar};
-    layouts.recorded = {{{"P", 2, 2}}};
-    layouts.state = {{{"position", 2, 1}}};
-    record.begin_run({0, 0, Seed{1}}, layouts);
+    Trace outline = kScalar;
+    outline.recorded_layout = {{{"P", 2, 2}}};
+    outline.state_layout = {{{"position", 2, 1}}};
+    record.begin_run({0, 0, Seed{1}}, outline);
     const std::vector<double> estimates{1, 2}, recorded{10, 11, 12, 13, 20, 21, 22, 23}, states{5, 6, 7, 8};
     const std::vector<std::uint64_t> hashes(2);
     const std::vector<AgentCounters> counters(2);
@@ -305,7 +311,7 @@ void record_runs(const std::filesystem::path& file, const Experiment& experiment
   for (std::size_t run = 0; run < runs; ++run) {
     const Job job{run, 0, Seed{run}};
     Numbers numbers{experiment.agents, 1, {}, {}, {}};
-    record.begin_run(job, {{}, kScalar});
+    record.begin_run(job, kScalar);
     record.add(job, numbers.at(experiment.rounds));
     record.end_run({job, {}, 0.0});
   }

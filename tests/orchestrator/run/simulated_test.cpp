@@ -37,11 +37,11 @@ struct Witness : RunObserver {
   std::function<void(const RoundReport&)> on_report;
 
   void launching(std::size_t, std::size_t, std::size_t) override { calls.emplace_back("launching"); }
-  void run_begins(const Job& job, const RunLayouts& layouts) override {
+  void run_begins(const Job& job, const Trace& outline) override {
     calls.emplace_back("begin");
     begun.push_back(job.number);
-    EXPECT_GT(layouts.message.size(), 0u);
-    EXPECT_EQ(layouts.estimate.size(), 2u);
+    EXPECT_EQ(outline.agents, 5u);
+    EXPECT_EQ(outline.estimate_layout.size(), 2u);
   }
   void report(const Job& job, const RoundReport& report) override {
     if (calls.back() != "report") calls.emplace_back("report");

@@ -31,7 +31,7 @@ class Collecting : public RunObserver {
  public:
   explicit Collecting(Results& results) : results_(results) {}
   void launching(std::size_t, std::size_t, std::size_t) override {}
-  void run_begins(const Job&, const RunLayouts&) override {}
+  void run_begins(const Job&, const Trace&) override {}
   void report(const Job&, const RoundReport&) override {}
   void event(const Job&, Round, const std::string&, const std::string&) override {}
   void run_ends(const JobOutcome& outcome) override { results_.add(outcome); }
