@@ -1,7 +1,7 @@
 #include "orchestrator/script/events.hpp"
 
 #include "core/counted.hpp"
-#include "orchestrator/script/plant.hpp"
+#include "orchestrator/script/disturbances.hpp"
 #include "orchestrator/script/settings.hpp"
 #include "orchestrator/script/wording.hpp"
 
