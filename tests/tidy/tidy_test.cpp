@@ -116,6 +116,33 @@ TEST(Architecture, RoomsIncludeOnlyWhatTheArrowsAllow) {
                                    {"rounds/simulate.cpp", "#include \"orchestrator/run/run.hpp\"\n"}});
 }
 
+/// Which room is seen to include which: pairs of rooms, without what one gets through another.
+std::set<std::pair<std::string, std::string>> arrows_to_draw() {
+  std::map<std::string, std::set<std::string>> includes;
+  for (const SourceFile& file : tree())
+    if (const std::string room = room_of(file.path); file.cpp() && arrows().contains(room))
+      for (const SourceFile::Include& include : file.includes())
+        if (const std::string other = room_included(include.what); other != room && arrows().contains(other)) includes[room].insert(other);
+  const std::function<bool(const std::string&, const std::string&)> leads = [&](const std::string& from, const std::string& to) {
+    const auto& next = includes[from];
+    return next.contains(to) || std::any_of(next.begin(), next.end(), [&](const std::string& room) { return leads(room, to); });
+  };
+  std::set<std::pair<std::string, std::string>> found;
+  for (const auto& [room, others] : std::map(includes))
+    for (const std::string& other : others)
+      if (std::none_of(others.begin(), others.end(), [&](const std::string& way) { return leads(way, other); })) found.emplace(room, other);
+  return found;
+}
+
+TEST(Architecture, ThePictureOfTheRoomsShowsWhatTheyInclude) {
+  static const std::regex arrow("<title>([^<]+)&#45;&gt;([^<]+)</title>");
+  const std::string picture = text_in(std::filesystem::path(kSourceDir) / "docs/rooms.svg");
+  std::set<std::pair<std::string, std::string>> drawn;
+  for (auto it = std::sregex_iterator(picture.begin(), picture.end(), arrow); it != std::sregex_iterator(); ++it)
+    drawn.emplace((*it)[1].str(), (*it)[2].str());
+  EXPECT_EQ(drawn, arrows_to_draw()) << "docs/draw-rooms.sh draws it again";
+}
+
 /// The file of one algorithm, among those of its family.
 bool is_protocol(const SourceFile& file) {
   return file.path.starts_with("protocols/") && file.text.find("static constexpr std::string_view name") != std::string::npos;
