@@ -20,6 +20,50 @@ void require(bool condition, const char* field) {
   if (!condition) throw Rejected(field);
 }
 
+// --- what core and wire have under one name, out and in ----------------------------------------------------------------
+
+void copy_job(auto& to, const auto& from) {
+  to.part = from.part;
+  to.parts = from.parts;
+  to.epoch = from.epoch;
+  to.rounds = from.rounds;
+  to.report_interval = from.report_interval;
+  to.realtime = from.realtime;
+}
+
+void copy_numbers_of_assignment(auto& to, const auto& from) {
+  copy_job(to, from);
+  to.agents = from.agents;
+  to.dt = from.dt;
+  to.window = from.window;
+  to.largest_state = from.largest_state;
+  to.largest_control = from.largest_control;
+  to.relays = from.relays;
+  to.steers = from.steers;
+  to.plant = from.plant;
+  to.tells_links = from.tells_links;
+}
+
+void copy_numbers_of_member(auto& to, const auto& from) {
+  to.hears_everyone = from.hears_everyone;
+  to.remote_readers = from.remote_readers;
+  to.measurements = from.measurements;
+  to.distances = from.distances;
+}
+
+void copy_numbers_of_signal(auto& to, const auto& from) {
+  to.number = from.number;
+  to.hold_rounds = from.hold_rounds;
+  to.first = from.first;
+  to.frequency = from.frequency;
+}
+
+void copy_state(auto& to, const auto& from) {
+  to.process = from.process;
+  to.epoch = from.epoch;
+  to.round = from.round;
+}
+
 // --- writing ----------------------------------------------------------------------------------------------------------
 
 template <class Wire>
@@ -31,7 +75,7 @@ Wire* allocate(Arena& arena, std::size_t count) {
 
 /// A generated sequence over memory that somebody else owns (DDS only reads it while writing).
 template <class Sequence, class Element>
-Sequence borrow(const Element* data, std::size_t count) {
+Sequence borrow(const Element* data, auto count) {
   Sequence sequence{};
   sequence._buffer = const_cast<decltype(sequence._buffer)>(data);
   sequence._length = sequence._maximum = static_cast<std::uint32_t>(count);
@@ -73,7 +117,7 @@ consort_wire_NamedArray named_array(const Values::Entry& entry) {
   put(out.name, entry.name, "the name");
   out.rows = static_cast<std::uint32_t>(entry.value.rows());
   out.columns = static_cast<std::uint32_t>(entry.value.cols());
-  out.values = borrow<decltype(out.values)>(entry.value.data(), static_cast<std::size_t>(entry.value.size()));
+  out.values = borrow<decltype(out.values)>(entry.value.data(), entry.value.size());
   return out;
 }
 
@@ -95,19 +139,16 @@ consort_wire_LinkRule link_rule(std::uint32_t from, Round since, const LinkSpec&
 
 consort_wire_MemberAssignment member_assignment(const MemberTask& member, Arena& arena) {
   consort_wire_MemberAssignment out{};
+  copy_numbers_of_member(out, member);
   out.agent = member.agent.value;
   out.process = member.process;
   out.initial = convert_all<decltype(out.initial)>(member.initial.entries(), arena, named_array);
   out.parameters = convert_all<decltype(out.parameters)>(member.parameters.entries(), arena, named_array);
-  out.hears_everyone = member.hears_everyone;
   out.in_neighbours = ids<decltype(out.in_neighbours)>(member.in_neighbours, arena);
-  out.remote_readers = member.remote_readers;
   out.links = convert_all<decltype(out.links)>(member.link_changes, arena, [&arena](const LinkModel::Change& change) {
     return link_rule(change.edge->from.value, change.since, change.spec, arena);
   });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
-  out.measurements = member.measurements;
-  out.distances = member.distances;
   out.told = convert_all<decltype(out.told)>(member.told, arena, [](const Told& told) {
     return consort_wire_Told{told.from.value, told.since};
   });
@@ -121,16 +162,13 @@ consort_wire_Signal signal(const Signal& in) {
   consort_wire_Signal out{};
   out.where = static_cast<std::uint8_t>(in.on);
   out.kind = static_cast<std::uint8_t>(in.kind);
-  out.number = in.number;
-  out.hold_rounds = in.hold_rounds;
-  out.first = in.first;
-  out.frequency = in.frequency;
+  copy_numbers_of_signal(out, in);
   out.rows = static_cast<std::uint32_t>(in.amplitude.rows());
   out.columns = static_cast<std::uint32_t>(in.amplitude.cols());
-  out.amplitude = borrow<decltype(out.amplitude)>(in.amplitude.data(), static_cast<std::size_t>(in.amplitude.size()));
+  out.amplitude = borrow<decltype(out.amplitude)>(in.amplitude.data(), in.amplitude.size());
   out.phase_rows = static_cast<std::uint32_t>(in.phase.rows());
   out.phase_columns = static_cast<std::uint32_t>(in.phase.cols());
-  out.phase = borrow<decltype(out.phase)>(in.phase.data(), static_cast<std::size_t>(in.phase.size()));
+  out.phase = borrow<decltype(out.phase)>(in.phase.data(), in.phase.size());
   return out;
 }
 
@@ -324,21 +362,18 @@ Attendance attendance(std::uint32_t first, std::uint32_t end, const char* field)
 
 MemberTask member(const consort_wire_MemberAssignment& in) {
   MemberTask out;
+  copy_numbers_of_member(out, in);
   out.agent = agent_id(in.agent, "member.agent");
   out.process = agent_id(in.process, "member.process").value;
   out.initial = named_arrays(in.initial, "member.initial");
   out.parameters = named_arrays(in.parameters, "member.parameters");
-  out.hears_everyone = in.hears_everyone;
   out.in_neighbours = agent_ids(in.in_neighbours, "member.in_neighbours");
   require(!out.hears_everyone || out.in_neighbours.empty(), "member.in_neighbours");
   require(in.remote_readers <= kMaxAgents, "member.remote_readers");
-  out.remote_readers = in.remote_readers;
   out.link_changes = link_changes(in.links, [&](const auto& rule) { return Edge{agent_id(rule.from, "link.from"), out.agent}; });
   out.model = named_arrays(in.model, "member.model");
   require(in.measurements <= kMaxValues, "member.measurements");
-  out.measurements = in.measurements;
   require(in.distances <= kMaxAgents, "member.distances");
-  out.distances = in.distances;
   for (const auto& told : view(in.told)) {
     out.told.push_back({agent_id(told.agent, "member.told"), told.since});
     require(out.told.size() < 2 || out.told[out.told.size() - 2].from < out.told.back().from, "member.told");
@@ -359,10 +394,7 @@ Signal signal(const consort_wire_Signal& in) {
   require(std::isfinite(in.frequency), "signal.frequency");
   out.on = static_cast<Disturbance::On>(in.where);
   out.kind = static_cast<Signal::Kind>(in.kind);
-  out.number = in.number;
-  out.hold_rounds = in.hold_rounds;
-  out.first = in.first;
-  out.frequency = in.frequency;
+  copy_numbers_of_signal(out, in);
   out.amplitude = matrix(in.rows, in.columns, view(in.amplitude), "signal.amplitude");
   out.phase = matrix(in.phase_rows, in.phase_columns, view(in.phase), "signal.phase");
   return out;
@@ -457,28 +489,14 @@ MemberReport member_report(const consort_wire_MemberReport& in) {
 
 consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
   consort_wire_Assignment out{};
-  out.part = in.part;
-  out.parts = in.parts;
-  out.epoch = in.epoch;
+  copy_numbers_of_assignment(out, in);
   out.seed = in.seed.value;
   put(out.protocol, in.protocol, "the protocol's name");
-  out.agents = in.agents;
-  out.dt = in.dt;
-  out.rounds = in.rounds;
-  out.report_interval = in.report_interval;
   out.recorded = in.recorded ? *in.recorded ? 2 : 1 : 0;
-  out.window = in.window;
   out.parameters = convert_all<decltype(out.parameters)>(in.parameters.entries(), arena, named_array);
   out.standard_link = link_rule(0, 0, in.standard_link, arena);
   out.link_changes = convert_all<decltype(out.link_changes)>(
       in.link_changes, arena, [&arena](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec, arena); });
-  out.largest_state = in.largest_state;
-  out.largest_control = in.largest_control;
-  out.relays = in.relays;
-  out.steers = in.steers;
-  out.plant = in.plant;
-  out.realtime = in.realtime;
-  out.tells_links = in.tells_links;
   out.delivery = delivery(in.delivery);
   out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
     return consort_wire_Joining{item.first.value, item.second};
@@ -494,30 +512,16 @@ Assignment decode(const consort_wire_Assignment& in) {
   require(in.agents >= 1 && in.agents <= kMaxAgents, "agents");
   require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
   require(in.report_interval >= 1 && in.window >= 1, "report_interval");
-  out.part = in.part;
-  out.parts = in.parts;
-  out.epoch = in.epoch;
+  require(in.recorded <= 2, "recorded");
+  require(in.largest_state <= kMaxValues, "largest_state");
+  require(in.largest_control <= kMaxValues, "largest_control");
+  copy_numbers_of_assignment(out, in);
   out.seed = Seed{in.seed};
   out.protocol = text(in.protocol);
-  out.agents = in.agents;
-  out.dt = in.dt;
-  out.rounds = in.rounds;
-  out.report_interval = in.report_interval;
-  require(in.recorded <= 2, "recorded");
   if (in.recorded > 0) out.recorded = in.recorded == 2;
-  out.window = in.window;
   out.parameters = named_arrays(in.parameters, "parameters");
   out.standard_link = link_spec(in.standard_link);
   out.link_changes = link_changes(in.link_changes, [](const auto&) { return std::optional<Edge>(); });
-  require(in.largest_state <= kMaxValues, "largest_state");
-  out.largest_state = in.largest_state;
-  require(in.largest_control <= kMaxValues, "largest_control");
-  out.largest_control = in.largest_control;
-  out.relays = in.relays;
-  out.steers = in.steers;
-  out.plant = in.plant;
-  out.realtime = in.realtime;
-  out.tells_links = in.tells_links;
   out.delivery = delivery(in.delivery);
   for (const auto& joining : view(in.joining)) {
     require(joining.first_round >= 1, "joining.first_round");
@@ -537,16 +541,11 @@ Assignment decode(const consort_wire_Assignment& in) {
 consort_wire_PlantAssignment encode(const PlantAssignment& in, Arena& arena) {
   check(in.agents.size() == in.task.parts.size() && in.agents.size() == in.process_of.size(), "a plant assignment names every part");
   consort_wire_PlantAssignment out{};
-  out.part = in.part;
-  out.parts = in.parts;
-  out.epoch = in.epoch;
+  copy_job(out, in);
   out.seed = in.task.seed.value;
   put(out.model, in.task.model, "the plant model's name");
   out.dt = in.task.dt;
-  out.rounds = in.rounds;
-  out.report_interval = in.report_interval;
   out.steered = in.steered;
-  out.realtime = in.realtime;
   out.delivery = delivery(in.delivery);
   auto* parts = allocate<consort_wire_PlantPart>(arena, in.agents.size());
   for (std::size_t i = 0; i < in.agents.size(); ++i) parts[i] = plant_part(in.agents[i], in.process_of[i], in.task.parts[i], arena);
@@ -559,13 +558,8 @@ PlantAssignment decode(const consort_wire_PlantAssignment& in) {
   require(in.parts >= 1 && in.parts <= kMaxParts && in.part < in.parts, "part");
   require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
   require(in.report_interval >= 1, "report_interval");
-  out.part = in.part;
-  out.parts = in.parts;
-  out.epoch = in.epoch;
-  out.rounds = in.rounds;
-  out.report_interval = in.report_interval;
+  copy_job(out, in);
   out.steered = in.steered;
-  out.realtime = in.realtime;
   out.delivery = delivery(in.delivery);
   out.task.model = text(in.model);
   out.task.seed = Seed{in.seed};
@@ -644,13 +638,11 @@ Layouts decode(const consort_wire_Layout& in) {
 
 consort_wire_Presence encode(const Presence& in, Arena& arena) {
   consort_wire_Presence out{};
-  out.process = in.process;
-  out.epoch = in.epoch;
+  copy_state(out, in);
   out.state = static_cast<std::uint8_t>(in.state);
   out.pid = in.pid;
   put_cut(out.host, in.host);
   out.agents = ids<decltype(out.agents)>(in.agents, arena);
-  out.round = in.round;
   out.waiting_agent = in.waiting_agent.value;
   out.waiting_for = ids<decltype(out.waiting_for)>(in.waiting_for, arena);
   put_cut(out.note, in.note);
@@ -662,13 +654,11 @@ Presence decode(const consort_wire_Presence& in) {
   require(in.state <= static_cast<std::uint8_t>(State::leaving), "state");
   require(in.waiting_agent <= kMaxAgents, "waiting_agent");
   require(in.process <= kMaxAgents, "process");
-  out.process = in.process;
-  out.epoch = in.epoch;
+  copy_state(out, in);
   out.state = static_cast<State>(in.state);
   out.pid = in.pid;
   out.host = text(in.host);
   out.agents = agent_ids(in.agents, "agents");
-  out.round = in.round;
   out.waiting_agent = AgentId{in.waiting_agent};
   out.waiting_for = agent_ids(in.waiting_for, "waiting_for");
   out.note = text(in.note);
@@ -677,10 +667,8 @@ Presence decode(const consort_wire_Presence& in) {
 
 consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
   consort_wire_Telemetry out{};
-  out.process = in.process;
-  out.epoch = in.epoch;
+  copy_state(out, in);
   out.last = in.last;
-  out.round = in.round;
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberReport& report) { return member_report(report, arena); });
   out.links = convert_all<decltype(out.links)>(in.links, arena, [](const auto& link) { return of_link<consort_wire_LinkReport>(link); });
@@ -694,10 +682,8 @@ consort_wire_Telemetry encode(const Telemetry& in, Arena& arena) {
 Telemetry decode(const consort_wire_Telemetry& in) {
   Telemetry out;
   require(in.process <= kMaxAgents, "process");
-  out.process = in.process;
-  out.epoch = in.epoch;
+  copy_state(out, in);
   out.last = in.last;
-  out.round = in.round;
   for (const auto& report : view(in.members)) out.members.push_back(member_report(report));
   for (const auto& [from, to, delivered, lost, duplicated, reordered, superseded] : view(in.links))
     out.links.push_back({{agent_id(from, "links.from"), agent_id(to, "links.to")}, {delivered, lost, duplicated, reordered, superseded}});
@@ -710,12 +696,7 @@ Telemetry decode(const consort_wire_Telemetry& in) {
 }
 
 consort_wire_Information encode(const Information& in) {
-  consort_wire_Information out{};
-  out.epoch = in.epoch;
-  out.sender = in.sender.value;
-  out.round = in.round;
-  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
-  return out;
+  return {in.epoch, in.sender.value, in.round, borrow<decltype(consort_wire_Information::values)>(in.values.data(), in.values.size())};
 }
 
 Information decode(const consort_wire_Information& in) {
@@ -725,11 +706,7 @@ Information decode(const consort_wire_Information& in) {
 }
 
 consort_wire_Measurement encode(const Measurement& in) {
-  consort_wire_Measurement out{};
-  out.epoch = in.epoch;
-  out.round = in.round;
-  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
-  return out;
+  return {in.epoch, in.round, borrow<decltype(consort_wire_Measurement::values)>(in.values.data(), in.values.size())};
 }
 
 Measurement decode(const consort_wire_Measurement& in) {
@@ -739,12 +716,7 @@ Measurement decode(const consort_wire_Measurement& in) {
 }
 
 consort_wire_Actuation encode(const Actuation& in) {
-  consort_wire_Actuation out{};
-  out.epoch = in.epoch;
-  out.process = in.process;
-  out.round = in.round;
-  out.values = borrow<decltype(out.values)>(in.values.data(), in.values.size());
-  return out;
+  return {in.epoch, in.process, in.round, borrow<decltype(consort_wire_Actuation::values)>(in.values.data(), in.values.size())};
 }
 
 Actuation decode(const consort_wire_Actuation& in) {

@@ -18,12 +18,6 @@
 
 namespace consort::wire {
 
-using consort::Actuation, consort::Assignment, consort::Delivery, consort::Grant, consort::Information, consort::Layouts;
-using consort::kLargestHalfWindow, consort::largest_window, consort::Measurement, consort::MemberReport;
-using consort::PlantAssignment;
-using Member = MemberTask;
-using Segment = GrantedSegment;
-
 constexpr const char* kCommandTopic = "consort_command";
 constexpr const char* kPresenceTopic = "consort_presence";
 

@@ -101,7 +101,7 @@ AgentCounters Collector::of_earlier_stays(AgentId agent, Round k) const {
   return after == words->second.begin() ? AgentCounters{} : std::prev(after)->second.counters;
 }
 
-void Collector::add(const wire::MemberReport& report, bool of_plant) {
+void Collector::add(const MemberReport& report, bool of_plant) {
   const std::size_t agent = index_of(report.agent), dimension = of_plant ? state_dimension_ : dimension_,
                     recorded = of_plant ? 0 : recorded_dimension_;
   if (agent >= agents_ || report.estimates.size() != report.rounds.size() * dimension ||

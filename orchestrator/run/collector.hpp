@@ -22,7 +22,7 @@ class Collector {
 
   /// Takes one agent's reports (of who has come back: what it counted in earlier stays is added), or (`of_plant`) those of its part of the
   /// plant. What does not fit the run (unknown agent, wrong size, a round not reported, twice) is counted and left out.
-  void add(const wire::MemberReport& report, bool of_plant = false);
+  void add(const MemberReport& report, bool of_plant = false);
   /// These agents are gone: what they have reported counts; from then on they, and their parts of the plant, are absent.
   void depart(std::span<const AgentId> agents);
   /// Calls `use` for every round that is complete now, ascending, until it returns false.

@@ -17,7 +17,7 @@ class Hub {
   /// Called on DDS's receive threads.
   struct Callbacks {
     std::function<void(wire::Presence&&)> on_presence;
-    std::function<void(wire::Layouts&&)> on_layouts;
+    std::function<void(Layouts&&)> on_layouts;
     std::function<void(wire::Telemetry&&)> on_telemetry;
     std::function<void(const std::string& sender, bool alive)> on_liveliness;  ///< of processes that nobody here has started
   };
@@ -41,14 +41,14 @@ class Hub {
   wire::Participant participant_;
 
  public:
-  wire::Writer<wire::Assignment> assignments;
-  wire::Writer<wire::PlantAssignment> plant_assignments;
-  wire::Writer<wire::Grant> grants;
+  wire::Writer<Assignment> assignments;
+  wire::Writer<PlantAssignment> plant_assignments;
+  wire::Writer<Grant> grants;
   wire::Writer<wire::Command> commands;
 
  private:
   wire::PresenceReader presence_;
-  wire::Reader<wire::Layouts> layouts_;
+  wire::Reader<Layouts> layouts_;
   wire::Reader<wire::Telemetry> telemetry_;
 };
 

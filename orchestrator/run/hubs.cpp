@@ -125,7 +125,7 @@ std::vector<std::string> Hubs::arguments(std::size_t process, const std::vector<
   return arguments;
 }
 
-void Hubs::broadcast(const wire::Grant& grant) const {
+void Hubs::broadcast(const Grant& grant) const {
   for (const auto& hub : hubs_) hub->grants.write(grant);
 }
 

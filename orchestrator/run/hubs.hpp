@@ -26,7 +26,7 @@ class Hubs {
   /// How process `process` finds this run and the processes that it meets, as options of its command line.
   [[nodiscard]] std::vector<std::string> arguments(std::size_t process, const std::vector<std::size_t>& met) const;
 
-  void broadcast(const wire::Grant& grant) const;
+  void broadcast(const Grant& grant) const;
   void broadcast(const wire::Command& command) const;
   void assign(const Assignments& assignments, Round now, const std::vector<AgentId>& gone) const;
   /// `process`: the plant's.

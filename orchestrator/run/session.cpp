@@ -50,14 +50,14 @@ Session::~Session() = default;
 
 Hub::Callbacks Session::callbacks() {
   return {[this](wire::Presence&& presence) { news_.push(std::move(presence)); },
-          [this](wire::Layouts&& layouts) { news_.push(std::move(layouts)); },
+          [this](Layouts&& layouts) { news_.push(std::move(layouts)); },
           [this](wire::Telemetry&& telemetry) { news_.push(std::move(telemetry)); },
           [this](const std::string& sender, bool alive) {
             news_.push(Liveliness{sender, alive});
           }};
 }
 
-void Session::grant(const wire::Grant& grant) {
+void Session::grant(const Grant& grant) {
   granted_ = true;
   hubs_.broadcast(grant);
 }
@@ -195,7 +195,7 @@ void Session::step(const OnTelemetry& on_telemetry) {
     if (auto* telemetry = std::get_if<wire::Telemetry>(&word)) {
       remarks_.refused(std::exchange(telemetry->refusals, {}));
       if (on_telemetry) on_telemetry(std::move(*telemetry));
-    } else if (auto* layouts = std::get_if<wire::Layouts>(&word)) {
+    } else if (auto* layouts = std::get_if<Layouts>(&word)) {
       if (layouts->epoch == epoch_) layouts_[layouts->agent] = std::move(*layouts);
     } else if (const auto* liveliness = std::get_if<Liveliness>(&word)) {
       const auto process = roster_.place_of(liveliness->sender);

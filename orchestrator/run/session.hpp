@@ -67,7 +67,7 @@ class Session {
   [[nodiscard]] const Processes& processes() const { return processes_; }
   /// Throws RunError if an agent has others than the rest.
   [[nodiscard]] const Trace& outline() const;
-  void grant(const wire::Grant& grant);
+  void grant(const Grant& grant);
   /// Ends the job: the agents report their links and are free for the next one.
   void finish() { hubs_.broadcast(wire::Command{epoch_, wire::Order::finish}); }
 
@@ -76,7 +76,7 @@ class Session {
     std::string sender;
     bool alive;
   };
-  using Word = std::variant<wire::Presence, wire::Layouts, wire::Telemetry, Liveliness>;
+  using Word = std::variant<wire::Presence, Layouts, wire::Telemetry, Liveliness>;
   using Clock = std::chrono::steady_clock;
 
   [[nodiscard]] Hub::Callbacks callbacks();
@@ -115,7 +115,7 @@ class Session {
   std::vector<Stopped> stopped_;
   std::uint32_t epoch_ = 0;
   std::optional<Assignments> assignments_;  // of the job
-  std::map<AgentId, wire::Layouts> layouts_;
+  std::map<AgentId, Layouts> layouts_;
   bool leaving_ = false, failed_ = false;
   bool granted_ = false;  // rounds of the job have been granted
   std::vector<Loss> losses_;

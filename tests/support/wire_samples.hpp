@@ -36,7 +36,7 @@ inline Assignment some_assignment() {
   in.parameters.set("Q", 0.1);
   in.standard_link.loss_probability = 0.5;
   in.standard_link.noise_covariance = Matrix::Identity(2, 2);
-  Member member;
+  MemberTask member;
   member.agent = AgentId{3};
   member.process = 3;
   member.initial.set("x", Matrix::Constant(2, 1, 1.5));
@@ -57,7 +57,7 @@ inline Assignment some_assignment() {
   in.largest_state = 4;
   in.largest_control = 2;
   in.joining = {{AgentId{3}, 5}};
-  Member deaf;
+  MemberTask deaf;
   deaf.agent = AgentId{4};
   deaf.process = 3;
   deaf.hears_everyone = true;
