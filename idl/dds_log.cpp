@@ -30,7 +30,7 @@ std::string kind_of(std::string_view text) {
 
 DdsLog& DdsLog::of_this_process() {
   static DdsLog log;
-  static const dds::log::Sink sink = [](bool severe, std::string_view text) { log.take(severe, text); };
+  static const dds::log::Sink sink = [](bool severe, std::string_view text) { log.hear(severe, text); };
   static const bool installed = (dds::log::set_sink(sink), true);
   static_cast<void>(installed);
   return log;
@@ -41,21 +41,22 @@ void DdsLog::write_to(Write write) {
   write_ = std::move(write);
 }
 
-void DdsLog::tell(const std::string& line) {
+void DdsLog::write(const std::string& line) {
   if (write_) write_(line);
 }
 
-void DdsLog::take(bool severe, std::string_view text) {
+void DdsLog::hear(bool severe, std::string_view text) {
   const std::lock_guard lock(mutex_);
   if (is_malformed(text)) {
     ++malformed_;
     if (!std::exchange(malformed_told_, true))
-      tell("packets arrive that DDS cannot read: another program uses these ports, or somebody forges them; they are left out and counted");
+      write(
+          "packets arrive that DDS cannot read: another program uses these ports, or somebody forges them; they are left out and counted");
     return;
   }
   if (kinds_.size() >= kMostKinds || kinds_[kind_of(text)]++ > 0) return;
   reasons_.emplace_back(text);
-  tell(std::string("DDS: ") + (severe ? "" : "warning: ") + std::string(text));
+  write(std::string("DDS: ") + (severe ? "" : "warning: ") + std::string(text));
 }
 
 std::uint64_t DdsLog::take_malformed() {

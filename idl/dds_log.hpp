@@ -22,14 +22,14 @@ class DdsLog {
   void write_to(Write write);
 
   /// DDS has said this.
-  void take(bool severe, std::string_view text);
+  void hear(bool severe, std::string_view text);
   /// Packets and samples that could not be read, since the last call.
   std::uint64_t take_malformed();
   /// What DDS has said of anything else, each kind once, since the last call: the reasons of a failure that has just been met.
   std::vector<std::string> take_reasons();
 
  private:
-  void tell(const std::string& line);
+  void write(const std::string& line);
 
   std::mutex mutex_;
   Write write_;

@@ -90,7 +90,7 @@ Physics::Physics(const PlantTask& task) : name_(task.model), seed_(task.seed), d
   disturbances_.resize(state_.size());
   inputs_.resize(controls_.size());
   active_.resize(parts_.size());
-  note_presence();
+  update_presence();
 }
 
 void Physics::find_position(AgentId i, Part& part) const {
@@ -127,10 +127,10 @@ void Physics::depart(AgentId i) {
   presence.cut(k_);
   const std::span<double> u = control(i);
   std::fill(u.begin(), u.end(), 0.0);
-  note_presence();
+  update_presence();
 }
 
-void Physics::note_presence() {
+void Physics::update_presence() {
   for (std::size_t index = 0; index < parts_.size(); ++index) active_[index] = present(agent_at(index), k_) ? 1 : 0;
 }
 
@@ -256,7 +256,7 @@ void Physics::advance() {
     }
   }
   ++k_;
-  note_presence();
+  update_presence();
   std::fill(controls_.begin(), controls_.end(), 0.0);
 }
 

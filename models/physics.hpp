@@ -73,7 +73,7 @@ class Physics {
   [[nodiscard]] Source source_of(AgentId i, const Signal& signal, std::size_t size) const;
   void add(AgentId i, const Source& source, std::span<double> to) const;
   void add_all(AgentId i, Disturbance::On on, bool increments, std::span<double> to) const;
-  void note_presence();
+  void update_presence();
   void find_position(AgentId i, Part& part) const;
   void measure_relative(AgentId i, std::span<double> y) const;
 

@@ -66,7 +66,7 @@ bool Lockstep::find_measurement(std::size_t member) {
     if (hosted_[before].attendance().holds(k)) at += hosted_.numbers_from_plant(before);
   const std::span<const double> numbers = std::span<const double>(entry->values).subspan(at, hosted_.numbers_from_plant(member));
   y_[member] = numbers.first(hosted_.measurements(member));
-  if (numbers.size() > y_[member].size()) hosted_[member].mailbox().note_distances(numbers.subspan(y_[member].size()));
+  if (numbers.size() > y_[member].size()) hosted_[member].mailbox().set_distances(numbers.subspan(y_[member].size()));
   return true;
 }
 

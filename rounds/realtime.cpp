@@ -26,7 +26,7 @@ void Realtime::receive(const Measurement& measurement) {
     at += numbers.size();
     Listener& listener = listeners_[index];
     if (measurement.round < listener.y_of) continue;
-    if (!distances.empty()) member.mailbox().note_distances(distances);
+    if (!distances.empty()) member.mailbox().set_distances(distances);
     listener.y.assign(own.begin(), own.end());
     listener.y_of = measurement.round + 1;
   }

@@ -134,7 +134,7 @@ void World::measure(std::size_t i) {
   if (physics_->distance_count(self) == 0) return;
   distances_.resize(physics_->distance_count(self));
   physics_->distances(self, distances_);
-  members_[i].mailbox().note_distances(distances_);
+  members_[i].mailbox().set_distances(distances_);
 }
 
 // u of every agent goes to the plant, which moves on.

@@ -53,7 +53,7 @@ class Mailbox {
   [[nodiscard]] std::size_t missing(Round k, std::span<const Neighbour> in_neighbours) const;  ///< how many of round k are not here yet
 
   /// How far the senders are away in the round that is taken next, one number per sender. Without a call all are near.
-  void note_distances(std::span<const double> distances) { distances_.assign(distances.begin(), distances.end()); }
+  void set_distances(std::span<const double> distances) { distances_.assign(distances.begin(), distances.end()); }
 
   /// Closes round k (called for k = 0, 1, 2, ... in order): every message of round k from `in_neighbours` must have been posted; the links
   /// then decide. Returns what is due in round k. Messages of round k from others are discarded.

@@ -255,8 +255,8 @@ Exit RunVerb::execute() {
       scribe_->note(line);
   }
   try {
-    scribe_->keep(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
-                                                     : run_processes(experiment_, run_options, *scribe_));
+    scribe_->set_times(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
+                                                          : run_processes(experiment_, run_options, *scribe_));
   } catch (const SeedRefused& refused) {
     // Read with that seed, the file is refused with the place.
     overrides_.seed = refused.seed.value;

@@ -40,7 +40,7 @@ void Scribe::event(const Job& job, Round round, const std::string& kind, const s
 
 void Scribe::run_ends(const JobOutcome& outcome) {
   const Metrics metrics = results_.add(outcome);  // first: the record may not take it
-  keep_in_record(outcome, metrics);
+  record_metrics(outcome, metrics);
 }
 
 void Scribe::remark(const std::string& text) {
@@ -75,7 +75,7 @@ std::string Scribe::abandon() {
   return lost;
 }
 
-void Scribe::keep_in_record(const JobOutcome& outcome, const Metrics& metrics) {
+void Scribe::record_metrics(const JobOutcome& outcome, const Metrics& metrics) {
   const Trace& trace = outcome.trace;
   const Completeness ended = completeness(outcome.end, trace.last_round, experiment_.rounds);
   if (!ended.complete) record_->event(outcome.job, trace.last_round, "incomplete", ended.words);

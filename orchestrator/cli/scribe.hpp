@@ -24,13 +24,13 @@ class Scribe : public RunObserver {
   void report(const Job& job, const RoundReport& report) override;
   void event(const Job& job, Round round, const std::string& kind, const std::string& text) override;
   void run_ends(const JobOutcome& outcome) override;
-  void refused(const std::vector<Refusal>& refusals) override { results_.keep(refusals); }
+  void refused(const std::vector<Refusal>& refusals) override { results_.set_refusals(refusals); }
   void remark(const std::string& text) override;
 
   /// A line for the person alone.
   void note(const std::string& text);
   [[nodiscard]] Round round() const { return round_; }
-  void keep(const SessionTimes& times) { times_ = times; }
+  void set_times(const SessionTimes& times) { times_ = times; }
   /// Everything so far is on the disk, and the live line is gone. Throws RunError if writing the record failed.
   void close();
   /// The record ends with what came of it. Throws RunError if writing it failed.
@@ -41,7 +41,7 @@ class Scribe : public RunObserver {
   [[nodiscard]] Summary summary(Exit exit, const std::string& error) const { return results_.summary(times_, exit, error); }
 
  private:
-  void keep_in_record(const JobOutcome& outcome, const Metrics& metrics);
+  void record_metrics(const JobOutcome& outcome, const Metrics& metrics);
 
   const Experiment& experiment_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

@@ -20,7 +20,7 @@ Decimation::Decimation(std::size_t curves, std::size_t reports, std::size_t most
   curves_.thinned = stretch_ > 1;
 }
 
-void Decimation::keep(double x, std::span<const double> values) {
+void Decimation::put(double x, std::span<const double> values) {
   curves_.x.push_back(x);
   for (std::size_t c = 0; c < values.size(); ++c) curves_.y[c].push_back(values[c]);
 }
@@ -28,10 +28,10 @@ void Decimation::keep(double x, std::span<const double> values) {
 void Decimation::flush() {
   if (held_ == 0) return;
   for (std::size_t c = 0; c < row_.size(); ++c) row_[c] = extremes_[c].largest_first ? extremes_[c].largest : extremes_[c].smallest;
-  keep(from_, row_);
+  put(from_, row_);
   if (held_ > 1) {
     for (std::size_t c = 0; c < row_.size(); ++c) row_[c] = extremes_[c].largest_first ? extremes_[c].smallest : extremes_[c].largest;
-    keep(to_, row_);
+    put(to_, row_);
   }
   held_ = 0;
 }
@@ -42,7 +42,7 @@ void Decimation::add(double x, std::span<const double> values) {
   ++added_;
   if (stretch_ == 1 || ends) {
     flush();
-    keep(x, values);
+    put(x, values);
     return;
   }
   if (held_ == 0) {

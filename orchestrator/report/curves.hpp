@@ -29,7 +29,7 @@ class Decimation {
     bool largest_first;
   };
   void flush();
-  void keep(double x, std::span<const double> values);
+  void put(double x, std::span<const double> values);
 
   Curves curves_;
   std::size_t reports_, stretch_;  // reports in a stretch; 1: all are kept

@@ -58,7 +58,7 @@ class RunPage {
       }
       const double time = k * dt_;
       decimation.add(time, row);
-      note_presence(time, report_numbers);
+      add_presence(time, report_numbers);
       note_frame(report++, time, report_numbers);
     });
     Curves done = decimation.finish();
@@ -203,7 +203,7 @@ class RunPage {
 
   // --- who is there ----------------------------------------------------------------------------------------------------
 
-  void note_presence(double time, Numbers all) {
+  void add_presence(double time, Numbers all) {
     if (presence_.empty()) presence_.resize(run_.agents);
     for (std::size_t i = 0; i < run_.agents; ++i) {
       const bool there = std::any_of(run_.columns.begin(), run_.columns.end(),

@@ -75,7 +75,7 @@ class Results {
   Results(const Experiment& experiment, std::filesystem::path output);
   /// Computes the metrics, so the trace need not be kept, and gives those of this run; none if nothing was reported.
   Metrics add(const JobOutcome& outcome);
-  void keep(const std::vector<Refusal>& refused) { refused_ = refused; }
+  void set_refusals(const std::vector<Refusal>& refused) { refused_ = refused; }
   /// What is known so far. With `error` empty the criteria decide between Exit::ok and Exit::criterion_not_met, if all runs are complete;
   /// else that is the failure.
   [[nodiscard]] Summary summary(const SessionTimes& times, Exit exit, const std::string& error) const;

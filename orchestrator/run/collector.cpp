@@ -86,7 +86,7 @@ void Collector::depart(std::span<const AgentId> agents) {
 }
 
 /// An agent has said the last word of a stay: it holds until it comes back.
-void Collector::keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant) {
+void Collector::set_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant) {
   (of_plant ? last_plant_ : last_agents_)[agent].emplace(stay.until, last);
   const Attendance attendance = attendance_of(agent);
   for (std::size_t r = 0; r < rows_.size(); ++r)
@@ -117,8 +117,8 @@ void Collector::add(const MemberReport& report, bool of_plant) {
     if (!of_plant) counters += of_earlier_stays(report.agent, k);
     const auto ended = std::find_if(stays.begin(), stays.end(), [k](const Attendance& stay) { return stay.until == k; });
     if (ended != stays.end()) {
-      note_progress(report.agent, k, report.slept, of_plant);
-      keep_last(report.agent, *ended, {report.hashes[r], counters}, of_plant);
+      update_progress(report.agent, k, report.slept, of_plant);
+      set_last(report.agent, *ended, {report.hashes[r], counters}, of_plant);
       continue;
     }
     const std::size_t number = number_of(k);
@@ -128,7 +128,7 @@ void Collector::add(const MemberReport& report, bool of_plant) {
       continue;
     }
     while (rows_.size() <= number - first_) rows_.push_back(new_row(round_of(first_ + rows_.size())));
-    note_progress(report.agent, k, report.slept, of_plant);
+    update_progress(report.agent, k, report.slept, of_plant);
     Half& half = of_plant ? rows_[number - first_].plant : rows_[number - first_].agents;
     if (half.here[agent]) {
       left_out_ += ends_.contains(k) ? 0 : 1;
@@ -146,7 +146,7 @@ void Collector::add(const MemberReport& report, bool of_plant) {
   }
 }
 
-void Collector::note_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant) {
+void Collector::update_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant) {
   if (of_plant) {
     plant_reached_ = std::max(plant_reached_, k);
     return;

@@ -60,8 +60,8 @@ class Collector {
   [[nodiscard]] Half new_half(Round k, std::size_t dimension, std::size_t recorded, const LastWords& last) const;
   static void fill_absent(Half& half, AgentId agent, const Last& last);
   [[nodiscard]] Attendance attendance_of(AgentId agent) const;
-  void note_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant);
-  void keep_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant);
+  void update_progress(AgentId agent, Round k, std::uint64_t slept, bool of_plant);
+  void set_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant);
   [[nodiscard]] AgentCounters of_earlier_stays(AgentId agent, Round k) const;
   [[nodiscard]] bool is_reported(Round k) const { return k <= rounds_ && (k % interval_ == 0 || k == rounds_); }
   [[nodiscard]] std::size_t number_of(Round k) const { return k / interval_ + (k % interval_ != 0 ? 1 : 0); }

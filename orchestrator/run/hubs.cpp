@@ -53,7 +53,7 @@ void Hubs::open_multicast(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
   settings_.tuned = processes_ > kTunedFrom;
-  if (private_ports_) take_private_ports();
+  if (private_ports_) claim_private_ports();
   if (options_.interface != "lo" || settings_.transmit_loss > 0.0) settings_.spdp_interval = dds::configuration::kAnnounceAgain;
   const std::string configuration = dds::domain::with_user_configuration(xml(settings_));
   const bool derived = options_.domain < 0;
@@ -73,7 +73,7 @@ void Hubs::open_multicast(const Hub::Callbacks& callbacks) {
 }
 
 /// Runs that share a domain's ports cost each other: every packet of one's discovery wakes all processes of the others.
-void Hubs::take_private_ports() {
+void Hubs::claim_private_ports() {
   try {
     ports_.emplace(kPortsPerProcess);
     settings_.port_base = ports_->first();

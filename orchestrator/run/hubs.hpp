@@ -42,7 +42,7 @@ class Hubs {
 
  private:
   void open_multicast(const Hub::Callbacks& callbacks);
-  void take_private_ports();
+  void claim_private_ports();
   void open_neighbours(const Hub::Callbacks& callbacks);
   [[nodiscard]] std::size_t hub_of(std::size_t process) const;
   [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`

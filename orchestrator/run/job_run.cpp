@@ -66,9 +66,9 @@ void JobRun::run_rounds() {
     }
     notice_losses();
     if (realtime())
-      keep_pace();
+      pace();
     else
-      go_on();
+      grant_more();
     notice_stall();
     tell_remarks();
   }
@@ -85,7 +85,7 @@ void JobRun::begin() {
   const auto start = (std::chrono::system_clock::now() + soon).time_since_epoch();
   const auto start_ns = static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(start).count());
   pacing_.emplace(experiment_, job_.seed, epoch_, start_ns, options_.last_reports_seconds);
-  keep_pace();
+  pace();
 }
 
 void JobRun::end(Ending how) {
@@ -97,7 +97,7 @@ void JobRun::end(Ending how) {
 
 /// Real time: tells the graphs of the rounds to come, lets happen what is due, and ends the run when its time is up and everybody has
 /// reported, or has had the time to.
-void JobRun::keep_pace() {
+void JobRun::pace() {
   const double now = elapsed();
   if (const auto grant = pacing_->graphs(now)) session_.grant(*grant);
   for (const Fault& fault : pacing_->faults(now)) {
@@ -126,7 +126,7 @@ void JobRun::grant_from(Round reached) {
 }
 
 /// Everybody has come to the point where the newest grant asked for a report: time for the next one.
-void JobRun::go_on() {
+void JobRun::grant_more() {
   const Round reached = std::min(session_.processes().least(reached_), granting_.granted());
   if (!over_ && granting_.is_time(reached)) grant_from(reached);
 }
@@ -166,14 +166,14 @@ void JobRun::collect(const wire::Telemetry& telemetry) {
     reached = kNever;
     trace_.processes.push_back(telemetry.performance);
   }
-  tally_.take(telemetry);
+  tally_.add(telemetry);
   for (const MemberReport& report : telemetry.members) collector_->add(report, telemetry.process == 0);
 }
 
 void JobRun::hand_on() {
   collector_->hand_on([&](const RoundReport& report) {
     if (over_) return false;
-    keep_report(report);
+    add_report(report);
     if (stop_.ends(report.k, [&] { return deviation(trace_, report); })) end(at_the_end());
     last_news_ = Clock::now();
     stall_told_ = false;
@@ -181,7 +181,7 @@ void JobRun::hand_on() {
   });
 }
 
-void JobRun::keep_report(const RoundReport& report) {
+void JobRun::add_report(const RoundReport& report) {
   trace_.add(report);
   teller_.report(report);
 }
@@ -252,7 +252,7 @@ void JobRun::complete_trace() {
   if (ending_ == Ending::nobody_left) teller_.rest(trace_.last_round);
   if (is_complete(ending_)) return;
   const auto keep = [this](const RoundReport& report) {
-    keep_report(report);
+    add_report(report);
     return true;
   };
   collector_->hand_on(keep);

@@ -41,9 +41,9 @@ class JobRun {
 
   [[nodiscard]] bool realtime() const { return experiment_.mode == Mode::realtime; }
   [[nodiscard]] double elapsed() const { return std::chrono::duration<double>(Clock::now() - started_).count(); }
-  void keep_pace();
+  void pace();
   void grant_from(Round reached);
-  void go_on();
+  void grant_more();
   void happen(const Granting::Pause& pause);
   void strike(const Fault& fault);
   void forget(AgentId agent);
@@ -53,7 +53,7 @@ class JobRun {
     return [this](wire::Telemetry&& telemetry) { collect(telemetry); };
   }
   void hand_on();
-  void keep_report(const RoundReport& report);
+  void add_report(const RoundReport& report);
   void notice_losses();
   void notice_stall();
   void tell_remarks();

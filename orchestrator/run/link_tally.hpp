@@ -11,7 +11,7 @@ namespace consort {
 
 class LinkTally {
  public:
-  void take(const wire::Telemetry& telemetry) {
+  void add(const wire::Telemetry& telemetry) {
     if (telemetry.last || !telemetry.links.empty() || !telemetry.network.empty())
       newest_[telemetry.process] = {telemetry.links, telemetry.network};
     if (telemetry.last) conclude(telemetry.process);

@@ -122,7 +122,7 @@ void Session::call(Round first) {
     hubs_.broadcast(wire::Command{epoch_, wire::Order::come_back, back, first});
   }
   start_present(first);
-  tell_given_up();  // whoever joins was not there to hear it
+  broadcast_given_up();  // whoever joins was not there to hear it
 }
 
 void Session::start_present(Round k) {

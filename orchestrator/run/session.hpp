@@ -95,7 +95,7 @@ class Session {
   void wake_stopped(bool all);
   void is_gone(std::size_t process, Roster::Departure how);
   void lose(std::size_t process, const std::string& text);
-  void tell_given_up();
+  void broadcast_given_up();
   [[nodiscard]] bool may_lose(std::size_t process) const;
   [[noreturn]] void time_out();
 

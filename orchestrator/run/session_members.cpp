@@ -41,10 +41,10 @@ std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
 /// Who comes late is given the newest command alone, so who is gone has to be said again.
 void Session::answer(const wire::Command& command) {
   hubs_.broadcast(command);
-  tell_given_up();
+  broadcast_given_up();
 }
 
-void Session::tell_given_up() {
+void Session::broadcast_given_up() {
   if (!processes_.given_up().empty()) hubs_.broadcast(wire::Command{epoch_, wire::Order::departed, processes_.given_up()});
 }
 
@@ -106,7 +106,7 @@ void Session::lose(std::size_t process, const std::string& text) {
   processes_.give_up(process);
   losses_.push_back({processes_[process].agents, text});
   if (processes_.running() <= (experiment_.plant ? 1u : 0u)) throw RunError("every agent is gone; the last one: " + text);
-  tell_given_up();
+  broadcast_given_up();
 }
 
 void Session::tell_remarks(RunObserver& observer) {

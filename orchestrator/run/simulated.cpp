@@ -77,7 +77,7 @@ struct Finished {
     outcome.end.ending = Ending::failure;
   }
 
-  void keep(const RoundReport& report) {
+  void add(const RoundReport& report) {
     Shelf* const shelf = outcome.trace.shelf.get();
     hashes.add(report.hashes, shelf);
     state_hashes.add(report.state_hashes, shelf);
@@ -176,7 +176,7 @@ class Workers {
               watch.check_while_made(experiment, job);
             },
             [&] { return stop.stop_requested() || watch.ended(); },
-            [](Finished& finished, const RoundReport& report) { finished.keep(report); });
+            [](Finished& finished, const RoundReport& report) { finished.add(report); });
       });
     }
     const std::size_t threads = std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()), jobs.size());

@@ -89,7 +89,7 @@ class Reader : private CriterionText {
 
   Part criterion() {
     Part left = conjunction();
-    while (take_word("or") || take("||")) {
+    while (accept_word("or") || accept("||")) {
       const Part right = conjunction();
       needs_truth(left, "or"), needs_truth(right, "or");
       step(Operation::either);
@@ -99,7 +99,7 @@ class Reader : private CriterionText {
 
   Part conjunction() {
     Part left = negation();
-    while (take_word("and") || take("&&")) {
+    while (accept_word("and") || accept("&&")) {
       const Part right = negation();
       needs_truth(left, "and"), needs_truth(right, "and");
       step(Operation::both);
@@ -111,7 +111,7 @@ class Reader : private CriterionText {
     const Deeper deeper(*this);
     skip_space();
     const std::size_t begin = at_;
-    if (!take_not()) return comparison();
+    if (!accept_not()) return comparison();
     const Part inner = negation();
     needs_truth(inner, "not");
     step(Operation::invert);
@@ -127,7 +127,7 @@ class Reader : private CriterionText {
       names_metric.push_back(left.names_metric);
       skip_space();
       const std::size_t at = at_;
-      const auto found = take_comparison();
+      const auto found = accept_comparison();
       if (!found) break;
       needs_number(left, "a comparison");
       if (!chain.comparisons.empty() && (direction(*found) == 0 || direction(*found) != direction(chain.comparisons.back())))
@@ -148,8 +148,8 @@ class Reader : private CriterionText {
   Part sum() {
     Part left = product();
     for (;;) {
-      const bool plus = take("+");
-      if (!plus && !take("-")) return left;
+      const bool plus = accept("+");
+      if (!plus && !accept("-")) return left;
       const Part right = product();
       needs_number(left, plus ? "'+'" : "'-'"), needs_number(right, plus ? "'+'" : "'-'");
       step(plus ? Operation::add : Operation::subtract);
@@ -160,8 +160,8 @@ class Reader : private CriterionText {
   Part product() {
     Part left = factor();
     for (;;) {
-      const bool times = take("*");
-      if (!times && !take("/")) return left;
+      const bool times = accept("*");
+      if (!times && !accept("/")) return left;
       const Part right = factor();
       needs_number(left, times ? "'*'" : "'/'"), needs_number(right, times ? "'*'" : "'/'");
       step(times ? Operation::multiply : Operation::divide);
@@ -173,15 +173,15 @@ class Reader : private CriterionText {
     const Deeper deeper(*this);
     skip_space();
     const std::size_t begin = at_;
-    const bool minus = take("-");
-    if (minus || take("+")) {
+    const bool minus = accept("-");
+    if (minus || accept("+")) {
       const Part inner = factor();
       needs_number(inner, minus ? "'-'" : "'+'");
       if (minus) step(Operation::negate);
       return {false, begin, inner.names_metric};
     }
     Part base = operand();
-    if (!take("^")) return base;
+    if (!accept("^")) return base;
     const Part exponent = factor();
     needs_number(base, "'^'"), needs_number(exponent, "'^'");
     step(Operation::power);
@@ -192,7 +192,7 @@ class Reader : private CriterionText {
   Part operand() {
     skip_space();
     const std::size_t begin = at_;
-    if (take("(")) {
+    if (accept("(")) {
       const Part inner = criterion();
       close(begin);
       return {inner.truth, begin, inner.names_metric};
@@ -203,13 +203,13 @@ class Reader : private CriterionText {
     if (c == '!' || name == "not") refuse(at_, "what is negated is a comparison; 'not' stands in front of it, or of a parenthesis");
     if (name.empty() || name == "and" || name == "or") unexpected("a number or a metric");
     at_ += name.size();
-    if (take("(")) return call(name, begin);
+    if (accept("(")) return call(name, begin);
     step(Operation::metric, index_of(name, begin));
     return {false, begin, true};
   }
 
   void close(std::size_t opened) {
-    if (take(")")) return;
+    if (accept(")")) return;
     unexpected(fmt::format("the ')' of column {} or an operator", column(opened)));
   }
 
@@ -238,7 +238,7 @@ class Reader : private CriterionText {
       needs_number(argument, fmt::format("{}()", name));
       names_metric |= argument.names_metric;
       ++count;
-    } while (function->takes_several && take(","));
+    } while (function->takes_several && accept(","));
     skip_space();
     if (!function->takes_several && at_ < text_.size() && text_[at_] == ',') refuse(at_, fmt::format("{}() takes one argument", name));
     close(begin + name.size());

@@ -64,29 +64,29 @@ std::string_view CriterionText::word() const {
   return std::string_view(text_).substr(at_, end - at_);
 }
 
-bool CriterionText::take(std::string_view symbol) {
+bool CriterionText::accept(std::string_view symbol) {
   skip_space();
   if (!std::string_view(text_).substr(at_).starts_with(symbol)) return false;
   at_ += symbol.size();
   return true;
 }
 
-bool CriterionText::take_word(std::string_view wanted) {
+bool CriterionText::accept_word(std::string_view wanted) {
   skip_space();
   if (word() != wanted) return false;
   at_ += wanted.size();
   return true;
 }
 
-bool CriterionText::take_not() {
+bool CriterionText::accept_not() {
   skip_space();
   const bool differs = std::string_view(text_).substr(at_).starts_with("!=");
-  return take_word("not") || (!differs && take("!"));
+  return accept_word("not") || (!differs && accept("!"));
 }
 
-std::optional<Criterion::Comparison> CriterionText::take_comparison() {
+std::optional<Criterion::Comparison> CriterionText::accept_comparison() {
   for (const Symbol& symbol : kComparisons)
-    if (take(symbol.text)) return symbol.comparison;
+    if (accept(symbol.text)) return symbol.comparison;
   return std::nullopt;
 }
 

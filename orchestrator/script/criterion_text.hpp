@@ -24,11 +24,11 @@ class CriterionText {
 
   void skip_space();
   [[nodiscard]] std::string_view word() const;
-  /// Takes `symbol` if it stands here; the others likewise.
-  bool take(std::string_view symbol);
-  bool take_word(std::string_view wanted);
-  bool take_not();
-  std::optional<Criterion::Comparison> take_comparison();
+  /// Goes past `symbol` if it stands here; the others likewise.
+  bool accept(std::string_view symbol);
+  bool accept_word(std::string_view wanted);
+  bool accept_not();
+  std::optional<Criterion::Comparison> accept_comparison();
 
  protected:
   const std::string& text_;

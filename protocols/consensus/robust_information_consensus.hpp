@@ -108,13 +108,13 @@ struct RobustInformationConsensus {
 
   /// State at k + 1. Throws RunError on a Y that cannot be inverted.
   static void transition(const Params&, State& s, const Sense& sense, HeardInbox<Message> inbox) {
-    note_presence(s, sense);
+    update_presence(s, sense);
     if (const double part = share(s, sense); part > 0.0) {
       s.s = part * s.s;  // each listener's share and its own are alike
       std::tie(s.sigma, s.sigma_low) = running_sum(s, s.s, sense.k);
     }
     if (s.since < 0) s.since = sense.k;
-    for (const auto& [from, sent, weight, heard] : inbox) take(s, from, sent, heard);
+    for (const auto& [from, sent, weight, heard] : inbox) receive(s, from, sent, heard);
     s.x.noalias() = SpdInverse<N>(s.x.size(), {name, sense.self, sense.k})(s.s.Y, "Y_i+") * s.s.y;
   }
 
@@ -150,7 +150,7 @@ struct RobustInformationConsensus {
   }
 
   /// Which edges are new in round k.
-  static void note_presence(State& s, const Sense& sense) {
+  static void update_presence(State& s, const Sense& sense) {
     for (const Neighbour& neighbour : sense.in_neighbours) {
       auto edge = place_of(s, neighbour.id);
       if (edge == s.from.end() || edge->from != neighbour.id)
@@ -161,7 +161,7 @@ struct RobustInformationConsensus {
     }
   }
 
-  static void take(State& s, AgentId from, Round sent, const Message& heard) {
+  static void receive(State& s, AgentId from, Round sent, const Message& heard) {
     const auto edge = place_of(s, from);
     if (edge == s.from.end() || edge->from != from || sent < edge->appeared || (edge->heard && sent <= edge->newest)) return;
     const Mass sum{heard.Y, heard.y}, low{heard.Y_low, heard.y_low};

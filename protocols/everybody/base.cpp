@@ -100,7 +100,7 @@ Vector Everybody::heard_of(const Sense& sense) const {
   return out;
 }
 
-void Everybody::take_up(const EverybodyDesign& design, AgentId j, const Values& told) {
+void Everybody::learn(const EverybodyDesign& design, AgentId j, const Values& told) {
   KnownModel model = known_model(told, told, known_.size(), design.who + ", told by agent " + std::to_string(j.value));
   const Eigen::Index n = model.A.rows();
   if (n > slot_)
@@ -125,7 +125,7 @@ void Everybody::forget(AgentId j) {
   replan();
 }
 
-void Everybody::meet(const EverybodyDesign& design, const Sense& sense) {
+void Everybody::begin_round(const EverybodyDesign& design, const Sense& sense) {
   for (const HeardOfEverybody& heard : inbox_)
     for (Eigen::Index j = 0; j < heard_.size(); ++j)
       if (heard.heard_of[j] >= 0.0) heard_[j] = std::max(heard_[j], heard.heard_of[j]);
@@ -137,7 +137,7 @@ void Everybody::meet(const EverybodyDesign& design, const Sense& sense) {
     if (sense.k == 0 && heard == kNobody && told != nullptr) heard = kTold;
     const double newest = std::max(heard, 0.0);  // told of counts as heard of in round 0
     const bool there = heard != kNobody && static_cast<double>(sense.k) - newest <= design.bound();
-    if (there && !knows(j) && told != nullptr) take_up(design, j, *told);
+    if (there && !knows(j) && told != nullptr) learn(design, j, *told);
     if (!there && knows(j)) forget(j);
     if (!knows(j)) heard = kNobody;
   }

@@ -98,12 +98,12 @@ class Everybody {
 
   /// Begins a round: takes up who is new, forgets who is gone. The message has the fields x, heard_of and out_degree.
   template <class Message>
-  void meet(const EverybodyDesign& design, const Sense& sense, HeardInbox<Message> inbox) {
+  void begin_round(const EverybodyDesign& design, const Sense& sense, HeardInbox<Message> inbox) {
     inbox_.clear();
     for (const auto& heard : inbox)
       inbox_.push_back({heard.from, heard.weight, heard.message.x.data(), heard.message.heard_of.data(),
                         static_cast<std::size_t>(heard.message.out_degree)});
-    meet(design, sense);
+    begin_round(design, sense);
   }
   /// Ends it: `innovation` is F_i times what the measurements say beyond the estimates of this moment (n x 1).
   void correct_and_predict(const EverybodyDesign& design, const Sense& sense, const Vector& innovation);
@@ -135,8 +135,8 @@ class Everybody {
     void gather(const Vector& from, Vector& part) const;
     void scatter(const Vector& part, Vector& to) const;
   };
-  void meet(const EverybodyDesign& design, const Sense& sense);
-  void take_up(const EverybodyDesign& design, AgentId j, const Values& told);
+  void begin_round(const EverybodyDesign& design, const Sense& sense);
+  void learn(const EverybodyDesign& design, AgentId j, const Values& told);
   void forget(AgentId j);
   void replan();
   void hear(const EverybodyDesign& design, const Sense& sense);

@@ -108,7 +108,7 @@ struct CooperativeLocalization {
     s.dag.absorb(sense.k, sense.in_neighbours, s.measures, s.told);
 
     Everybody& all = s.everybody;
-    all.meet(p.everybody, sense, inbox);
+    all.begin_round(p.everybody, sense, inbox);
     s.surprise.setZero();
     // absolute: -C x_i + C bar_i; relative: C (x_j - x_i) - C (hat_j^(i) - bar_i)                              (25), (26c), (31c)
     if (p.sensing.has_absolute()) s.surprise += p.sensing.absolute(sense) + p.C * all.bar();

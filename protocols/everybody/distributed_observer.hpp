@@ -72,7 +72,7 @@ struct DistributedObserver {
   /// State at k + 1: estimates of everybody (n_j each, unit of x_j), u (m, held over round k).
   static void transition(const Params& p, State& s, const Sense& sense, HeardInbox<Message> inbox) {
     Everybody& all = s.everybody;
-    all.meet(p.everybody, sense, inbox);
+    all.begin_round(p.everybody, sense, inbox);
     // y_i - ( C_ii bar_i + sum_l C_il hat_l^(i) )                                                                          (6c)
     s.surprise = Eigen::Map<const Vector>(sense.y.data(), p.C.rows());
     s.surprise.noalias() -= p.C * all.bar();

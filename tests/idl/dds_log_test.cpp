@@ -21,8 +21,8 @@ TEST(DdsLog, MalformedPacketsAreCountedAndNamedOnce) {
   std::vector<std::string> lines;
   DdsLog log([&](const std::string& line) { lines.push_back(line); });
   for (int i = 0; i < 1000; ++i)
-    log.take(false, "malformed packet received from vendor 1.16 state parse:data <52545053 " + std::to_string(i));
-  log.take(false, "data(application, vendor 1.16): 110b:1:2:3 #7: deserialization consort_grant/consort::wire::Grant failed (bad)");
+    log.hear(false, "malformed packet received from vendor 1.16 state parse:data <52545053 " + std::to_string(i));
+  log.hear(false, "data(application, vendor 1.16): 110b:1:2:3 #7: deserialization consort_grant/consort::wire::Grant failed (bad)");
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_NE(lines[0].find("counted"), std::string::npos);
   EXPECT_EQ(log.take_malformed(), 1001u);
@@ -33,11 +33,11 @@ TEST(DdsLog, MalformedPacketsAreCountedAndNamedOnce) {
 TEST(DdsLog, OneKindOfTroubleIsOneLineHoweverOftenItComes) {
   std::vector<std::string> lines;
   DdsLog log([&](const std::string& line) { lines.push_back(line); });
-  for (int i = 0; i < 100; ++i) log.take(true, "failed to send to 10.0.0." + std::to_string(i));
-  log.take(false, "something else");
+  for (int i = 0; i < 100; ++i) log.hear(true, "failed to send to 10.0.0." + std::to_string(i));
+  log.hear(false, "something else");
   EXPECT_EQ(lines, (std::vector<std::string>{"DDS: failed to send to 10.0.0.0", "DDS: warning: something else"}));
   EXPECT_EQ(log.take_reasons(), (std::vector<std::string>{"failed to send to 10.0.0.0", "something else"}));
-  for (int i = 0; i < 1000; ++i) log.take(true, std::string("kind ") + static_cast<char>('g' + i % 20) + static_cast<char>('g' + i / 20));
+  for (int i = 0; i < 1000; ++i) log.hear(true, std::string("kind ") + static_cast<char>('g' + i % 20) + static_cast<char>('g' + i / 20));
   EXPECT_LE(log.take_reasons().size(), 50u) << "nobody fills the memory with them";
 }
 

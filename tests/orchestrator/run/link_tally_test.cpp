@@ -19,8 +19,8 @@ wire::Telemetry told(std::uint64_t delivered, bool last = false) {
 
 TEST(LinkTally, OfAProcessThatIsGoneWithoutLastWordsWhatItToldLastCounts) {
   LinkTally tally;
-  tally.take(told(3));
-  tally.take(told(5));
+  tally.add(told(3));
+  tally.add(told(5));
   ASSERT_EQ(tally.links().size(), 1u);
   EXPECT_EQ(tally.links()[0].counters, (LinkCounters{.delivered = 5, .lost = 1}));
   EXPECT_EQ(tally.network()[0].counters, (NetworkCounters{.sent = 6, .received = 5}));
@@ -28,12 +28,12 @@ TEST(LinkTally, OfAProcessThatIsGoneWithoutLastWordsWhatItToldLastCounts) {
 
 TEST(LinkTally, WhoComesBackCountsFromNothingAndBothStaysCount) {
   LinkTally tally;
-  tally.take(told(5));
-  tally.take(told(6));  // sent before it was killed, and come after
+  tally.add(told(5));
+  tally.add(told(6));  // sent before it was killed, and come after
   tally.conclude(2);
   tally.conclude(2);
-  tally.take(told(2));
-  tally.take(told(4, true));
+  tally.add(told(2));
+  tally.add(told(4, true));
   EXPECT_EQ(tally.links()[0].counters, (LinkCounters{.delivered = 10, .lost = 2}));
   EXPECT_EQ(tally.network()[0].counters, (NetworkCounters{.sent = 12, .received = 10}));
 }
@@ -43,12 +43,12 @@ TEST(LinkTally, LastWordsMayBeThatNothingCame) {
   wire::Telemetry none;
   none.process = 2;
   none.last = true;
-  tally.take(none);
+  tally.add(none);
   EXPECT_TRUE(tally.links().empty());
-  tally.take(told(3, true));
+  tally.add(told(3, true));
   wire::Telemetry reports;  // without a word of links: nothing new
   reports.process = 2;
-  tally.take(reports);
+  tally.add(reports);
   EXPECT_EQ(tally.links()[0].counters.delivered, 3u);
 }
 
@@ -56,7 +56,7 @@ TEST(LinkTally, ListsLinksByEdge) {
   LinkTally tally;
   wire::Telemetry telemetry;
   telemetry.links = {{edge(3, 1), {1}}, {edge(1, 2), {1}}, {edge(1, 3), {1}}};
-  tally.take(telemetry);
+  tally.add(telemetry);
   std::vector<Edge> edges;
   for (const LinkTotals& link : tally.links()) edges.push_back(link.edge);
   EXPECT_EQ(edges, (std::vector{edge(1, 2), edge(1, 3), edge(3, 1)}));
