@@ -48,7 +48,7 @@ Values parameter_values(const Values& common, const std::map<AgentId, AgentOverr
   return it == overrides.end() ? common : common.overridden_by(it->second.parameters);
 }
 
-/// Reports of all agents, summed over the run, that a trace may hold unless the user asks for more.
+// Reports of all agents, summed over the run, that a trace may hold unless the user asks for more.
 constexpr std::uint64_t kReportBudget = 100'000;
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace consort {
 namespace {
 
-/// The disturbance as agent `agent` of `agents` meets it.
+// The disturbance as agent `agent` of `agents` meets it.
 class SignalOf {
  public:
   SignalOf(AgentId agent, std::size_t agents, Seed seed, std::uint32_t number) : agent_(agent), agents_(agents), seed_(seed) {

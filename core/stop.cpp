@@ -12,7 +12,7 @@ namespace consort {
 
 namespace {
 
-/// On the line the largest distance is the range; no pairs are needed.
+// On the line the largest distance is the range; no pairs are needed.
 double range_of(std::span<const double> values) {
   const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
   return *largest - *smallest;
@@ -24,7 +24,7 @@ double squared_distance(const double* a, const double* b, std::size_t dimension)
   return sum;
 }
 
-/// Calls use(j, offset) for every agent j whose part agent i estimates, with the place of that estimate among the numbers of i.
+// Calls use(j, offset) for every agent j whose part agent i estimates, with the place of that estimate among the numbers of i.
 template <class Use>
 void for_each_slot(const Trace& trace, std::size_t i, Use&& use) {
   if (trace.truth == Truth::state) use(i, std::size_t{0});

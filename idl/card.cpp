@@ -13,7 +13,7 @@ namespace {
 constexpr const char* kFirstLine = "consort card";
 constexpr std::size_t kLongestValue = 200;
 
-/// Fit to be shown: from somebody who may be anybody.
+// Fit to be shown: from somebody who may be anybody.
 std::string harmless(std::string_view text) {
   std::string result(text.substr(0, kLongestValue));
   std::replace_if(
@@ -21,7 +21,7 @@ std::string harmless(std::string_view text) {
   return result;
 }
 
-/// 0.10 of 0.10.2
+// 0.10 of 0.10.2
 std::string_view without_patch(std::string_view version) {
   const std::size_t minor = version.find('.');
   return minor == std::string_view::npos ? version : version.substr(0, version.find('.', minor + 1));

@@ -73,7 +73,7 @@ Wire* allocate(Arena& arena, std::size_t count) {
   return static_cast<Wire*>(memory);
 }
 
-/// A generated sequence over memory that somebody else owns (DDS only reads it while writing).
+// A generated sequence over memory that somebody else owns (DDS only reads it while writing).
 template <class Sequence, class Element>
 Sequence borrow(const Element* data, auto count) {
   Sequence sequence{};
@@ -83,7 +83,7 @@ Sequence borrow(const Element* data, auto count) {
   return sequence;
 }
 
-/// A generated sequence in the arena, element by element.
+// A generated sequence in the arena, element by element.
 template <class Sequence, class Range, class Convert>
 Sequence convert_all(const Range& range, Arena& arena, Convert convert) {
   using Wire = std::remove_pointer_t<decltype(Sequence::_buffer)>;
@@ -106,7 +106,7 @@ void put(char (&field)[Size], std::string_view text, const char* what) {
   field[text.size()] = '\0';
 }
 
-/// Free text may be cut; names may not.
+// Free text may be cut; names may not.
 template <std::size_t Size>
 void put_cut(char (&field)[Size], std::string_view text) {
   put(field, text.substr(0, Size - 1), "text");
@@ -225,7 +225,7 @@ consort_wire_Performance performance(const Performance& in) {
           in.cpu,     in.resident_bytes,   in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
 }
 
-/// A wire's report on one link: the edge, then the numbers.
+// A wire's report on one link: the edge, then the numbers.
 template <class Report, class Counters>
 Report of_link(const OfLink<Counters>& link) {
   return std::apply(
@@ -278,7 +278,7 @@ bool all_finite(std::span<const double> values) {
   return sum == 0.0;
 }
 
-/// Finite, or of somebody who is not there.
+// Finite, or of somebody who is not there.
 bool all_known(std::span<const double> values) {
   return all_finite(values) ||
          std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value) || is_absent(value); });
@@ -329,7 +329,7 @@ LinkSpec link_spec(const consort_wire_LinkRule& rule) {
   }
 }
 
-/// Changes of links, ascending by their round.
+// Changes of links, ascending by their round.
 template <class Sequence, class EdgeOf>
 std::vector<LinkModel::Change> link_changes(const Sequence& rules, const EdgeOf& edge_of) {
   std::vector<LinkModel::Change> out;

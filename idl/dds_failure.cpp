@@ -10,7 +10,7 @@
 namespace consort::wire {
 namespace {
 
-/// What stands in the groups of `expression` within `text`; nothing if it does not match.
+// What stands in the groups of `expression` within `text`; nothing if it does not match.
 std::smatch found(const std::string& text, const char* expression) {
   std::smatch match;
   std::regex_search(text, match, std::regex(expression));

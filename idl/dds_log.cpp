@@ -18,7 +18,7 @@ bool is_malformed(std::string_view text) {
   return std::any_of(kSigns.begin(), kSigns.end(), [&](std::string_view sign) { return text.find(sign) != std::string_view::npos; });
 }
 
-/// Two texts that differ in addresses, counts or bytes alone are of one kind.
+// Two texts that differ in addresses, counts or bytes alone are of one kind.
 std::string kind_of(std::string_view text) {
   std::string kind;
   for (const char c : text)

@@ -18,7 +18,7 @@ std::string& reason() {
   return text;
 }
 
-/// 0, or the error that kept some of it from being written.
+// 0, or the error that kept some of it from being written.
 int write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());

@@ -13,7 +13,7 @@ namespace {
 using Element = Eigen::Matrix<double, 6, 6>;  // u, w, theta of its left node, then of its right one
 using Bend = Eigen::Matrix4d;                 // w, theta of both nodes
 
-/// Puts the 2 x 2 matrix of a bar and the 4 x 4 matrix of a beam into their places among the six degrees of freedom.
+// Puts the 2 x 2 matrix of a bar and the 4 x 4 matrix of a beam into their places among the six degrees of freedom.
 Element element(const Eigen::Matrix2d& bar, const Bend& bend) {
   static constexpr std::array<Eigen::Index, 2> kAxial{0, 3};
   static constexpr std::array<Eigen::Index, 4> kBending{1, 2, 4, 5};
@@ -44,7 +44,7 @@ Element element_stiffness(const Beam& beam, double l) {
   return element(beam.axial / l * bar, beam.bending / (l * l * l) * bend + beam.tension / (30.0 * l) * string);
 }
 
-/// Sums the elements and leaves out the two clamped nodes.
+// Sums the elements and leaves out the two clamped nodes.
 Matrix assembled(const Element& part, Eigen::Index elements) {
   Matrix all = Matrix::Zero(3 * (elements + 1), 3 * (elements + 1));
   for (Eigen::Index e = 0; e < elements; ++e) all.block<6, 6>(3 * e, 3 * e) += part;
@@ -55,7 +55,7 @@ void require(bool good, const std::string& what, double found, const std::string
   if (!good) throw ConfigError("beam: " + what + ": found " + std::to_string(found) + "; allowed: " + allowed);
 }
 
-/// Entries of the free nodes that start with degree of freedom `first`, every third.
+// Entries of the free nodes that start with degree of freedom `first`, every third.
 auto every_third(Eigen::Index first, Eigen::Index nodes) { return Eigen::seqN(first, nodes, 3); }
 
 }  // namespace

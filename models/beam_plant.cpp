@@ -40,7 +40,7 @@ Beam beam_of(const Values& given) {
   return beam;
 }
 
-/// Seen from `nodes` (one row of C each) after a displacement of 1 mm.
+// Seen from `nodes` (one row of C each) after a displacement of 1 mm.
 ModalModel model_of(const Values& given, const std::vector<Index>& nodes) {
   const bool table = given.scalar("reduction", 0.0) == 0.0;
   const Index displaced = whole(given, "displaced", kDisplaced, 1, 199);

@@ -16,7 +16,7 @@ std::string place(AgentId agent, std::uint32_t number) {
   return "plant.disturbances[" + std::to_string(number) + "], agent " + std::to_string(agent.value);
 }
 
-/// One number per component from a scalar or a vector.
+// One number per component from a scalar or a vector.
 Vector per_component(const Matrix& given, std::size_t size, const std::string& what) {
   const auto n = static_cast<Eigen::Index>(size);
   if (given.size() == 1) return Vector::Constant(n, given(0, 0));
@@ -25,7 +25,7 @@ Vector per_component(const Matrix& given, std::size_t size, const std::string& w
                     "; allowed: one number or one per component, " + std::to_string(size));
 }
 
-/// A_2 is the coupling A of agent 2: the name of the coupling, or the name itself where it is none.
+// A_2 is the coupling A of agent 2: the name of the coupling, or the name itself where it is none.
 std::string_view coupling_of(std::string_view name, std::span<const ValueDoc> couplings) {
   const std::string_view base = name.substr(0, name.rfind('_'));
   const bool known = std::any_of(couplings.begin(), couplings.end(), [&](const ValueDoc& doc) { return doc.name == base; });
@@ -207,7 +207,7 @@ void Physics::add_all(AgentId i, Disturbance::On on, bool increments, std::span<
     if (source.on == on && source.increment == increments && k_ >= source.first) add(i, source, to);
 }
 
-/// y_i = (x_j - x_i, ...; -x_i) in the outputs of the model.
+// y_i = (x_j - x_i, ...; -x_i) in the outputs of the model.
 void Physics::measure_relative(AgentId i, std::span<double> y) const {
   const double t = static_cast<double>(k_) * dt_;
   const std::size_t size = model_->output_size(i);

@@ -15,7 +15,7 @@ const MetricEntry* find(std::span<const MetricEntry> entries, std::string_view n
   return it == entries.end() ? nullptr : &*it;
 }
 
-/// Those of a run with this protocol: its own, and those of any run where it has none of that name.
+// Those of a run with this protocol: its own, and those of any run where it has none of that name.
 std::vector<MetricEntry> metrics_of(const ProtocolChoice& choice) {
   const auto own = find_protocol(choice.name).metrics;
   std::vector<MetricEntry> all(own.begin(), own.end());
@@ -30,7 +30,7 @@ bool anybody_in(const Trace& trace, std::size_t report) {
   return width == 0 || std::any_of(values.begin(), values.end(), [](double value) { return !is_absent(value); });
 }
 
-/// What is measured of agents is no number where nobody is left.
+// What is measured of agents is no number where nobody is left.
 Metrics metrics_of_nobody(const Experiment& experiment, Seed run_seed, const ProtocolChoice& choice, const Trace& trace) {
   Trace before = trace;  // as long as somebody was there: what is reported later is not looked at
   while (!before.rounds.empty() && !anybody_in(before, before.rounds.size() - 1)) before.rounds.pop_back();
@@ -59,7 +59,7 @@ std::span<const MetricEntry> metric_table() {
 
 namespace {
 
-/// What the mathematics behind a metric refuses is no number; the others stand.
+// What the mathematics behind a metric refuses is no number; the others stand.
 void compute(const MetricEntry& entry, const Experiment& experiment, Seed run_seed, const ProtocolChoice& choice, const Trace& trace,
              Metrics& out) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();

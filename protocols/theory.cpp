@@ -12,7 +12,7 @@
 namespace consort {
 namespace {
 
-/// What is true of the graphs and links of an experiment, whatever its protocols make of it.
+// What is true of the graphs and links of an experiment, whatever its protocols make of it.
 class Surroundings {
  public:
   Surroundings(const Experiment& experiment, const Survey& survey, std::vector<Finding>& out)

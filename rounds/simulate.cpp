@@ -211,7 +211,7 @@ std::vector<LinkTotals> World::links() const {
   return links;
 }
 
-/// The rounds of the experiment, as far as they go.
+// The rounds of the experiment, as far as they go.
 void run(World& world, const Experiment& experiment, const ReportSink& sink, Trace& trace) {
   const Round last = last_round(experiment);
   StopRule stop(last, experiment.convergence);

@@ -15,7 +15,7 @@ constexpr double kNegligible = 1e-12;  // relative size of a coupling that count
 constexpr double kRounding = 1e-14;    // relative size of an input that counts as none
 constexpr double kOnTheAxis = 1.5e-8;  // square root of the rounding error
 
-/// Verdict over the part that is not reached: the eigenvalue of largest real part among those that `breaks(value, tolerance)` picks.
+// Verdict over the part that is not reached: the eigenvalue of largest real part among those that `breaks(value, tolerance)` picks.
 template <class Breaks>
 Verdict judge(const Matrix& A, const Matrix& rest, const Breaks& breaks) {
   const double tolerance = std::max(kOnTheAxis * rest.norm(), kNegligible * A.norm());
@@ -26,7 +26,7 @@ Verdict judge(const Matrix& A, const Matrix& rest, const Breaks& breaks) {
   return verdict;
 }
 
-/// The columns of B with their units taken out; those that are rounding errors beside the largest, zero.
+// The columns of B with their units taken out; those that are rounding errors beside the largest, zero.
 Matrix unit_columns(Matrix B) {
   const double largest = B.colwise().norm().maxCoeff();
   for (auto column : B.colwise()) {

@@ -17,11 +17,11 @@ void require_step(const Matrix& A, Seconds h) {
   if (!(h > 0.0 && std::isfinite(h))) throw ConfigError("discretise: the step h is " + text_of(h) + " s; allowed: positive and finite");
 }
 
-/// Row-sum norm of A h, which unlike the Frobenius norm overflows only if a sum does.
+// Row-sum norm of A h, which unlike the Frobenius norm overflows only if a sum does.
 double size_of(const Matrix& A, Seconds h) { return (A * h).cwiseAbs().rowwise().sum().maxCoeff(); }
 
-/// Power of two of the size of A h (1 if that is zero). The block matrices below get their other blocks scaled to it: the exponential is
-/// only as accurate as its largest block.
+// Power of two of the size of A h (1 if that is zero). The block matrices below get their other blocks scaled to it: the exponential is
+// only as accurate as its largest block.
 double scale_of(const Matrix& A, Seconds h) {
   const double size = size_of(A, h);
   return size > 0.0 ? std::ldexp(1.0, std::ilogb(size)) : 1.0;
@@ -34,7 +34,7 @@ Matrix finite(Matrix value, const Matrix& A, Seconds h) {
   return value;
 }
 
-/// Integral over 0..h of exp(A s) W exp(A's) ds.
+// Integral over 0..h of exp(A s) W exp(A's) ds.
 Matrix noise_covariance(const Matrix& A, const Matrix& W, Seconds h) {
   const Eigen::Index n = A.rows();
   const double intensity = W.cwiseAbs().maxCoeff();

@@ -17,7 +17,7 @@ struct Pair {
   [[nodiscard]] double distance() const { return std::abs(first + second); }
 };
 
-/// The two eigenvalues (may be one twice) whose sum is closest to zero.
+// The two eigenvalues (may be one twice) whose sum is closest to zero.
 Pair closest_to_opposite(const std::vector<std::complex<double>>& eigenvalues) {
   Pair closest{eigenvalues.front(), eigenvalues.front()};
   for (std::size_t i = 0; i < eigenvalues.size(); ++i) {

@@ -15,7 +15,7 @@ namespace {
 constexpr double kLargestResidual = 1e-8;
 constexpr int kRefinements = 4;
 
-/// The equation as its user knows it; the filter's is solved as the control equation of (A', C').
+// The equation as its user knows it; the filter's is solved as the control equation of (A', C').
 struct Wording {
   std::string name;       // of the function
   std::string pair;       // "(A, B) is not stabilisable: B does not reach"
@@ -26,7 +26,7 @@ struct Terms {
   Matrix A, H, Q;  // A'P + P A - P H'H P + Q = 0; H P is small where P is large, so H'H is not multiplied out
 };
 
-/// Symplectic balancing: s such that the Hamiltonian of z = diag(s) x has rows and columns of comparable size.
+// Symplectic balancing: s such that the Hamiltonian of z = diag(s) x has rows and columns of comparable size.
 Vector scaling_of(const Matrix& hamiltonian) {
   const Eigen::Index n = hamiltonian.rows() / 2;
   const Vector powers = balancing(hamiltonian);
@@ -42,7 +42,7 @@ Matrix hamiltonian_of(const Terms& terms) {
   return hamiltonian;
 }
 
-/// P = U2 U1^-1 from the stable invariant subspace [U1; U2] of the Hamiltonian.
+// P = U2 U1^-1 from the stable invariant subspace [U1; U2] of the Hamiltonian.
 Matrix stabilising_solution(const Terms& terms, const Wording& wording) {
   const Eigen::Index n = terms.A.rows();
   const RealSchur schur = stable_first_schur(hamiltonian_of(terms));
@@ -61,7 +61,7 @@ Matrix stabilising_solution(const Terms& terms, const Wording& wording) {
   return 0.5 * (P + P.transpose());
 }
 
-/// What the equation leaves, and its norm over the sum of the norms of its terms.
+// What the equation leaves, and its norm over the sum of the norms of its terms.
 struct Residual {
   Matrix matrix;
   double relative = 0.0;
@@ -75,8 +75,8 @@ Residual residual_of(const Terms& terms, const Matrix& P) {
   return residual;
 }
 
-/// Newton's steps (Kleinman 1968) from a P that stabilises, as long as they help: a subspace whose U1 is ill-conditioned costs P digits
-/// that these bring back.
+// Newton's steps (Kleinman 1968) from a P that stabilises, as long as they help: a subspace whose U1 is ill-conditioned costs P digits
+// that these bring back.
 Matrix refined(const Terms& terms, Matrix P) {
   Residual residual = residual_of(terms, P);
   for (int step = 0; step < kRefinements; ++step) {
@@ -91,7 +91,7 @@ Matrix refined(const Terms& terms, Matrix P) {
   return P;
 }
 
-/// The stabilising solution, computed in balanced coordinates.
+// The stabilising solution, computed in balanced coordinates.
 Matrix balanced_solution(const Terms& terms, const Wording& wording) {
   const Vector scale = scaling_of(hamiltonian_of(terms)), inverse = scale.cwiseInverse();
   const auto S = scale.asDiagonal(), S_inverse = inverse.asDiagonal();
@@ -99,7 +99,7 @@ Matrix balanced_solution(const Terms& terms, const Wording& wording) {
   return S * refined(balanced, stabilising_solution(balanced, wording)) * S;
 }
 
-/// `A`, `B` with shapes already checked.
+// `A`, `B` with shapes already checked.
 RiccatiSolution solve(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Wording& wording) {
   const Matrix weight = require_symmetric(R, B.cols(), wording.name + ": R", Definiteness::definite);
   Terms terms{A, {}, require_symmetric(Q, A.rows(), wording.name + ": Q", Definiteness::semidefinite)};

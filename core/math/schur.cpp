@@ -14,8 +14,8 @@ namespace consort {
 
 namespace {
 
-/// A function of LAPACKE. The library is loaded when the first of them is needed: most agents never need one, and loading it at their start
-/// would cost each of a thousand 5 ms and 3 MB.
+// A function of LAPACKE. The library is loaded when the first of them is needed: most agents never need one, and loading it at their start
+// would cost each of a thousand 5 ms and 3 MB.
 template <class Function>
 Function* lapacke(const char* name) {
   static void* const library = dlopen("liblapacke.so.3", RTLD_NOW | RTLD_LOCAL);

@@ -19,7 +19,7 @@ bool ideal_links(const Experiment& experiment, const ProtocolChoice& protocol) {
   return ideal;
 }
 
-/// Mode realtime: everything came, and in time.
+// Mode realtime: everything came, and in time.
 bool kept_time(const Trace& trace) {
   return std::all_of(trace.network.begin(), trace.network.end(),
                      [](const NetworkTotals& link) { return link.counters.lost == 0 && link.counters.late == 0; }) &&
@@ -27,7 +27,7 @@ bool kept_time(const Trace& trace) {
                      [](const Performance& process) { return process.missed_inputs == 0 && process.missed_deadlines == 0; });
 }
 
-/// Nothing happens to agents and edges from round `half` on.
+// Nothing happens to agents and edges from round `half` on.
 bool quiet_from(const Experiment& experiment, Round half) {
   const auto later = [half](const auto& event) { return event.round >= half; };
   if (std::any_of(experiment.link_events.begin(), experiment.link_events.end(), later)) return false;
@@ -35,7 +35,7 @@ bool quiet_from(const Experiment& experiment, Round half) {
   return std::none_of(events.begin(), events.end(), later);
 }
 
-/// The reports of rounds after `after`, up to `last`, at least the latest of these: [first, end).
+// The reports of rounds after `after`, up to `last`, at least the latest of these: [first, end).
 struct Window {
   std::size_t first = 0, end = 0;
 };
@@ -66,12 +66,12 @@ double largest_modulus(std::span<const double> numbers) {
   return largest;
 }
 
-/// The numbers that a rise is measured beside.
+// The numbers that a rise is measured beside.
 std::span<const double> numbers(const Trace& trace, std::size_t report) {
   return trace.truth == Truth::none ? trace.agreed_at(report) : trace.report(report).states;
 }
 
-/// The same agents are there in both reports.
+// The same agents are there in both reports.
 bool same_agents(const Trace& trace, std::size_t one, std::size_t other) {
   for (std::size_t i = 0; i < trace.agents; ++i)
     if (is_absent(numbers(trace, one)[i * numbers(trace, one).size() / trace.agents]) !=
@@ -80,7 +80,7 @@ bool same_agents(const Trace& trace, std::size_t one, std::size_t other) {
   return true;
 }
 
-/// How much more those are at the end than in the middle who hear nobody, and whom the others follow. 1: no more, or there are none.
+// How much more those are at the end than in the middle who hear nobody, and whom the others follow. 1: no more, or there are none.
 double growth_of_leaders(const Experiment& experiment, Seed run_seed, const Trace& trace, Window middle, Window end) {
   const auto graph = experiment.schedule(run_seed).at(trace.last_round - 1);
   const std::size_t width = trace.agreed_dimension();

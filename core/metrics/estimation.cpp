@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::size_t kNamedAgents = 50;
 
-/// What one agent estimates of one part, and that part.
+// What one agent estimates of one part, and that part.
 struct Slot {
   std::size_t part;  // index of the agent whose part it is
   std::span<const double> estimate, state;
 };
 
-/// Every part that agent i has to estimate in one report; none if it is not there.
+// Every part that agent i has to estimate in one report; none if it is not there.
 std::vector<Slot> slots_of(const Trace& trace, const RoundReport& report, std::size_t i) {
   const std::size_t width = trace.state_dimension;
   const auto state_of = [&](std::size_t j) { return report.states.subspan(j * width, width); };
@@ -33,7 +33,7 @@ std::vector<Slot> slots_of(const Trace& trace, const RoundReport& report, std::s
   return slots;
 }
 
-/// Calls use(component, error, truth) for every number that is there to be estimated.
+// Calls use(component, error, truth) for every number that is there to be estimated.
 template <class Use>
 void for_each_error(const Slot& slot, Use&& use) {
   for (std::size_t c = 0; c < slot.state.size(); ++c) {
@@ -42,7 +42,7 @@ void for_each_error(const Slot& slot, Use&& use) {
   }
 }
 
-/// The reports of the second half of the run.
+// The reports of the second half of the run.
 template <class Use>
 void for_each_late_report(const Trace& trace, Use&& use) {
   for (std::size_t r = 0; r < trace.rounds.size(); ++r)
@@ -51,7 +51,7 @@ void for_each_late_report(const Trace& trace, Use&& use) {
 
 RoundReport last_report(const Trace& trace) { return trace.report(trace.rounds.size() - 1); }
 
-/// Where in an estimate of the plant's state its covariance P begins.
+// Where in an estimate of the plant's state its covariance P begins.
 std::optional<std::size_t> covariance_at(const Trace& trace) {
   if (trace.truth != Truth::state) return std::nullopt;
   const std::size_t n = trace.state_dimension;
@@ -63,7 +63,7 @@ std::optional<std::size_t> covariance_at(const Trace& trace) {
   return std::nullopt;
 }
 
-/// Errors of agent i per field of the plant's state.
+// Errors of agent i per field of the plant's state.
 void errors_by_field(const Trace& trace, const Slot& slot, std::size_t i, Metrics& out) {
   std::size_t at = 0;
   for (const Field& field : trace.state_layout.fields) {

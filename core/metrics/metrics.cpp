@@ -15,7 +15,7 @@
 namespace consort {
 namespace {
 
-/// What the agents agree on at the end (final estimates, or final states where they steer the plant), one column per agent that is there.
+// What the agents agree on at the end (final estimates, or final states where they steer the plant), one column per agent that is there.
 Matrix final_values(const Trace& trace) {
   const auto rows = static_cast<Eigen::Index>(trace.agreed_dimension());
   const Eigen::Map<const Matrix> all(trace.agreed_at(trace.rounds.size() - 1).data(), rows, static_cast<Eigen::Index>(trace.agents));
@@ -25,7 +25,7 @@ Matrix final_values(const Trace& trace) {
   return all(Eigen::all, present);
 }
 
-/// Estimators do not agree on a value of their own.
+// Estimators do not agree on a value of their own.
 bool agrees(const Trace& trace) { return trace.truth == Truth::none; }
 
 void consensus_value(const Experiment&, Seed, const ProtocolChoice&, const Trace& trace, Metrics& out) {

@@ -8,7 +8,7 @@ namespace consort {
 
 namespace {
 
-/// What an agent records of its certainty: a covariance P or an information Y.
+// What an agent records of its certainty: a covariance P or an information Y.
 std::optional<Trace::Place> certainty(const Trace& trace) {
   auto place = trace.place_of("P");
   if (!place) place = trace.place_of("Y");

@@ -7,7 +7,7 @@
 namespace consort {
 namespace {
 
-/// The only agent that never hears anybody, where others may follow it.
+// The only agent that never hears anybody, where others may follow it.
 std::optional<AgentId> leader_of(const Experiment& experiment, Seed seed) {
   if (experiment.agents < 2) return std::nullopt;
   const auto support = experiment.schedule(seed).support(experiment.rounds);

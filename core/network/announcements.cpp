@@ -8,7 +8,7 @@ namespace {
 
 using Known = std::vector<std::vector<bool>>;  // [who][of whom]
 
-/// Everybody passes on what it knows until nobody learns anything new.
+// Everybody passes on what it knows until nobody learns anything new.
 void spread(const Graph& support, const std::vector<bool>& present, Known& known) {
   for (bool news = true; news;) {
     news = false;

@@ -24,7 +24,7 @@ void require_agents(std::size_t n, const char* family) {
   if (n < 1) throw ConfigError(std::string("topology ") + family + ": 0 agents; allowed: 1 or more");
 }
 
-/// Appends both directions of the undirected link {i, j}; arguments are positions.
+// Appends both directions of the undirected link {i, j}; arguments are positions.
 void join(std::vector<Edge>& edges, std::size_t i, std::size_t j) {
   edges.push_back({agent_at(i), agent_at(j)});
   edges.push_back({agent_at(j), agent_at(i)});

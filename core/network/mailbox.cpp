@@ -138,7 +138,7 @@ void Mailbox::cross(Round k, const Neighbour& neighbour, std::size_t slot, std::
   }
 }
 
-/// On its way, or, if it is not late, into the inbox of round k.
+// On its way, or, if it is not late, into the inbox of round k.
 void Mailbox::send(Round k, Round late, const Neighbour& neighbour, std::size_t slot, std::span<const double> payload) {
   if (late == 0) {
     inbox_.push_back({neighbour.id, k, neighbour.weight, payload});
@@ -148,7 +148,7 @@ void Mailbox::send(Round k, Round late, const Neighbour& neighbour, std::size_t 
   std::copy(payload.begin(), payload.end(), lines_[slot].in_flight.add(due, k, neighbour.weight, size_).begin());
 }
 
-/// Completes the inbox of round k with what was under way until now, and counts.
+// Completes the inbox of round k with what was under way until now, and counts.
 void Mailbox::add_due(Round k) {
   if (delays_) {
     Lookup slot_of_next(*this);

@@ -29,7 +29,7 @@ FixedSchedule for_ever(std::shared_ptr<const Graph> graph) { return {{{std::move
 
 Graph without_edges(std::size_t agents) { return Graph(agents, std::span<const Edge>{}); }
 
-/// A perfect matching (one agent sits out if n is odd) and how long it is kept.
+// A perfect matching (one agent sits out if n is odd) and how long it is kept.
 struct Pairing {
   std::vector<std::uint32_t> partner;  // by position; own position: sits out
   Round dwell = 1;
@@ -68,7 +68,7 @@ Graph sample_of(const RandomLinks& links, Seed seed, Round k) {
   return Graph(links.base->agents(), edges);
 }
 
-/// Union of graphs, one at a time; the largest weight counts.
+// Union of graphs, one at a time; the largest weight counts.
 class EdgeUnion {
  public:
   void add(const Graph& graph) {
@@ -95,7 +95,7 @@ class EdgeUnion {
   std::vector<WeightedEdge> edges_, merged_;  // ascending by receiver, then sender
 };
 
-/// Calls `each` with every edge the event names; of groups, both ways between any two.
+// Calls `each` with every edge the event names; of groups, both ways between any two.
 template <class Each>
 void for_each_edge(const LinkEvent& event, Each&& each) {
   for (const Edge edge : event.edges) each(edge);
@@ -110,7 +110,7 @@ void for_each_edge(const LinkEvent& event, Each&& each) {
 
 }  // namespace
 
-/// Starts of the pairings drawn so far, and the graphs asked for last. Everything in it can be drawn again at any time.
+// Starts of the pairings drawn so far, and the graphs asked for last. Everything in it can be drawn again at any time.
 struct Schedule::Memory {
   struct Slot {
     std::uint32_t index = 0;

@@ -17,7 +17,7 @@ struct Components {
   std::size_t count = 0;
 };
 
-/// Every edge turned round, in the order of the graph itself: its strong components are the same, and nothing need be sorted.
+// Every edge turned round, in the order of the graph itself: its strong components are the same, and nothing need be sorted.
 Components strong_components_of(const Graph& graph) {
   Components components;
   components.of.resize(graph.agents());
@@ -35,7 +35,7 @@ Components strong_components_of(const Graph& graph) {
   return components;
 }
 
-/// Agents of the one strong component that nobody outside feeds, ascending; empty if there are several such components.
+// Agents of the one strong component that nobody outside feeds, ascending; empty if there are several such components.
 std::vector<std::size_t> root_of(const Graph& graph) {
   const Components components = strong_components_of(graph);
   std::vector<bool> fed(components.count, false);
@@ -50,8 +50,8 @@ std::vector<std::size_t> root_of(const Graph& graph) {
   return root;
 }
 
-/// Stationary distribution of the irreducible chain with rate rates(i, j) from i to j, by the elimination of Grassmann, Taksar, Heyman
-/// 1985: without a subtraction, so every entry is right to full relative precision.
+// Stationary distribution of the irreducible chain with rate rates(i, j) from i to j, by the elimination of Grassmann, Taksar, Heyman
+// 1985: without a subtraction, so every entry is right to full relative precision.
 Vector stationary_distribution(Matrix rates) {
   const Eigen::Index n = rates.rows();
   rates.diagonal().setZero();

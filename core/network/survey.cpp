@@ -14,7 +14,7 @@ constexpr double kWindowWork = 0.25;    // what windows may cost, of what the se
 
 using Range = std::pair<std::size_t, std::size_t>;  // segments [first, end) in which the same agents are there
 
-/// The sliding window over one such range, as far as `work` suffices.
+// The sliding window over one such range, as far as `work` suffices.
 Survey::Spanning spanning_of(const Survey& survey, Range range, double& work) {
   const auto spanning = [&work](const Graph& graph) {
     work -= static_cast<double>(graph.agents() + graph.edge_count());

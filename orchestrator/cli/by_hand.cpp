@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kWaitByHand = 60.0;  // s, as the line to enter says it: what consort-agent takes without being told
 
-/// As one word of a shell's line.
+// As one word of a shell's line.
 std::string shell_word(const std::string& text) {
   constexpr std::string_view kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.:/@%+=,";
   if (text.find_first_not_of(kPlain) == std::string::npos) return text;

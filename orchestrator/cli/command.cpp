@@ -26,7 +26,7 @@ std::string refusal_json(Exit exit, const std::string& error) {
   return fmt::format("{}\n", answer.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
-/// "unknown option '--sed'; did you mean '--seed'?", for the first word that `app` does not know.
+// "unknown option '--sed'; did you mean '--seed'?", for the first word that `app` does not know.
 std::string unexpected(const CLI::App& app) {
   const auto words = app.remaining(true);
   if (words.empty()) return "";

@@ -48,7 +48,7 @@ std::string first_line(const std::filesystem::path& file) {
   return line;
 }
 
-/// A datagram socket that closes itself.
+// A datagram socket that closes itself.
 class Socket {
  public:
   Socket() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
@@ -73,7 +73,7 @@ std::uint64_t granted_receive_buffer() {
   return static_cast<std::uint64_t>(granted) / 2;  // the kernel reports twice what it grants, for its own book-keeping
 }
 
-/// The tightest pids.max between this process's control group and the root, if any is set (version 2, or the pids controller of version 1).
+// The tightest pids.max between this process's control group and the root, if any is set (version 2, or the pids controller of version 1).
 void read_group_limit(HostLimits& limits) {
   std::ifstream groups("/proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {
@@ -97,7 +97,7 @@ void read_group_limit(HostLimits& limits) {
   }
 }
 
-/// The command that raises a limit of this shell: alone if the hard limit allows it, else with the superuser's help.
+// The command that raises a limit of this shell: alone if the hard limit allows it, else with the superuser's help.
 std::string raise_limit(const char* flag, const char* name, std::uint64_t wanted, std::uint64_t hard) {
   if (hard >= wanted) return fmt::format("ulimit {} {}", flag, wanted);
   return fmt::format("sudo prlimit --pid $$ --{}={}:{}", name, wanted, wanted);

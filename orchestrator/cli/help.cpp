@@ -23,7 +23,7 @@ std::string indented(const std::string& text, std::size_t margin) {
   return out;
 }
 
-/// A name and, beside or below it, what it means.
+// A name and, beside or below it, what it means.
 std::string entry(const std::string& name, const std::string& meaning) {
   std::string out = std::string(kMargin, ' ') + name;
   const std::size_t column = kMargin + kNameWidth;

@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 Json reference(std::string_view name) { return {{"$ref", fmt::format("#/definitions/{}", name)}}; }
 
-/// Whole numbers without a point.
+// Whole numbers without a point.
 Json number(double value) {
   const auto whole = static_cast<std::int64_t>(std::abs(value) < 1e15 ? value : 0.5);
   return static_cast<double>(whole) == value ? Json(whole) : Json(value);
@@ -33,7 +33,7 @@ Json bounds(const LinkKey& key, const char* type) {
   return out;
 }
 
-/// Some numbers of `effect`: one, or a list.
+// Some numbers of `effect`: one, or a list.
 template <class Effect, class First, class... Others>
 Json value_of(const Effect& effect, First first, Others... others) {
   if constexpr (sizeof...(others) == 0)

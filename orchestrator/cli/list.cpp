@@ -35,7 +35,7 @@ std::string values(const char* title, std::span<const ValueDoc> docs, const Text
   return out;
 }
 
-/// Values that a protocol gives.
+// Values that a protocol gives.
 std::string described(const char* title, std::span<const ValueDoc> docs, const TextStyle& style) {
   std::string out;
   for (const ValueDoc& doc : docs) out += paragraph(fmt::format("{} {}: {}; {}", title, doc.name, doc.meaning, doc.shape), 4, style);
@@ -103,7 +103,7 @@ nlohmann::ordered_json as_json(const std::string& what) {
   return out;
 }
 
-/// The names of all that is in the list `what`.
+// The names of all that is in the list `what`.
 std::vector<std::string> names_in(const std::string& what) {
   std::vector<std::string> names;
   const auto add = [&names](const auto& table) {
@@ -116,7 +116,7 @@ std::vector<std::string> names_in(const std::string& what) {
   return names;
 }
 
-/// What is wrong with `word` as the name of a list; who asks for one of its entries is told which list has it.
+// What is wrong with `word` as the name of a list; who asks for one of its entries is told which list has it.
 std::string a_list(const std::string& word) {
   const std::vector<std::string> lists{"protocols", "plants", "topologies", "metrics"};
   const std::string refusal = one_of(lists)(word);

@@ -12,7 +12,7 @@ namespace {
 
 using consort::Exit;
 
-/// The only place where exceptions end; every kind has its exit code.
+// The only place where exceptions end; every kind has its exit code.
 int run(consort::CommandLine& command) {
   try {
     return static_cast<int>(command.execute());

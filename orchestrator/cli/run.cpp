@@ -301,7 +301,7 @@ int RunVerb::port_to_watch() const {
   return port;
 }
 
-/// What came in its way, or nothing: the record and the table are what counts, and `consort report` can draw the page later.
+// What came in its way, or nothing: the record and the table are what counts, and `consort report` can draw the page later.
 std::string RunVerb::write_page(std::string& page) const {
   try {
     const auto file = output_ / "report.html";
@@ -313,7 +313,7 @@ std::string RunVerb::write_page(std::string& page) const {
   }
 }
 
-/// The results are shown whether they can be kept or not.
+// The results are shown whether they can be kept or not.
 Exit RunVerb::conclude(Summary summary) const {
   std::string lost;
   try {

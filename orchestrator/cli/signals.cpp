@@ -8,7 +8,7 @@ namespace {
 std::atomic<int> g_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may only touch a lock-free atomic");
 
-/// The number is all a handler may leave; the drivers look at it. Closing the terminal ends a run like SIGTERM.
+// The number is all a handler may leave; the drivers look at it. Closing the terminal ends a run like SIGTERM.
 extern "C" void keep_signal(int number) { g_signal.store(number == SIGHUP ? SIGTERM : number); }
 
 }  // namespace

@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 // --- Markdown -------------------------------------------------------------------------------------------------------------
 
-/// `<agent>` is no tag, and `*` no emphasis.
+// `<agent>` is no tag, and `*` no emphasis.
 std::string plain(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -89,7 +89,7 @@ std::string sections(const Table& table) {
 
 std::string sentence(const ValueDoc& doc) { return fmt::format("{}. Default: {}.", with_capital(std::string(doc.meaning)), doc.fallback); }
 
-/// Definitions of the words of choices, and (`properties`) where each parameter's definition is found: `number` where it is no choice.
+// Definitions of the words of choices, and (`properties`) where each parameter's definition is found: `number` where it is no choice.
 void add_parameters(std::span<const ValueDoc> docs, const Json& number, Json& definitions, Json& properties) {
   for (const ValueDoc& doc : docs) {
     const std::string name(doc.name);
@@ -116,7 +116,7 @@ Json names_of(const Table& table, std::string_view what) {
           {"examples", {names.front()}}};
 }
 
-/// A name, or a mapping with it and parameters.
+// A name, or a mapping with it and parameters.
 Json choice_of(const char* title, const char* description, const Json& name, const Json& parameters, const Json& number) {
   Json properties{{"name", name}};
   properties.update(parameters);

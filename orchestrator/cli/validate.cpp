@@ -36,7 +36,7 @@ nlohmann::ordered_json as_json(const Experiment& experiment, const std::vector<F
   return json;
 }
 
-/// A file whose numbers a protocol refuses is invalid, although every key is in its place: builds each agent once.
+// A file whose numbers a protocol refuses is invalid, although every key is in its place: builds each agent once.
 void try_protocols(const Experiment& experiment) {
   for (const ProtocolChoice& choice : experiment.protocols) {
     const AgentMaker maker(experiment, choice, experiment.seed);

@@ -10,7 +10,7 @@ namespace {
 
 using Numbers = std::span<const double>;  // of one report: agents x columns
 
-/// The numbers of one kind, agent after agent.
+// The numbers of one kind, agent after agent.
 class Picked {
  public:
   Picked(const RecordedRun& run, std::string_view kind) : width_(run.columns.size()), at_(run.of_kind(kind)) {}

@@ -56,7 +56,7 @@ std::size_t write_table(Database& database, const std::string& table, const std:
   return rows;
 }
 
-/// Runs that did not reach their end, and how far their record goes.
+// Runs that did not reach their end, and how far their record goes.
 void remark_on_unfinished(Database& database, std::vector<std::string>& remarks) {
   Statement run = database.prepare(
       "SELECT run, protocol, seed, (SELECT max(round) FROM estimates WHERE estimates.run = runs.run) FROM runs WHERE ended IS NULL ORDER "

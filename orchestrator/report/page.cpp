@@ -30,7 +30,7 @@ constexpr std::size_t kComparisonNumbers = 16'000;
 constexpr double kMostRead = 3e7;  // numbers read of a run: some seconds
 constexpr std::size_t kMostEvents = 500, kMostMetrics = 400;
 
-/// A file of the folder, parsed; null where it is not there (yet) or is none.
+// A file of the folder, parsed; null where it is not there (yet) or is none.
 Json parsed(const std::filesystem::path& file) {
   std::ifstream in(file);
   if (!in) return {};
@@ -44,7 +44,7 @@ Json value_of(const Statement& row, int column) {
   return row.text(column);
 }
 
-/// The one row of the table experiment, by column.
+// The one row of the table experiment, by column.
 Json experiment_of(Database& database) {
   Statement row = database.prepare(
       "SELECT name, description, mode, seed, runs, agents, rounds, dt, report_every, plant, sweep_key, program, began, ended, exit, error, "
@@ -90,7 +90,7 @@ Json events_of(Database& database, std::int64_t run) {
   return all;
 }
 
-/// The first run of each protocol, then others, as many as are shown.
+// The first run of each protocol, then others, as many as are shown.
 std::vector<std::int64_t> first_runs(Database& database) {
   Statement row = database.prepare("SELECT min(run) FROM runs GROUP BY protocol ORDER BY min(run) LIMIT ?");
   row.bind(0, static_cast<std::int64_t>(kMostRunsShown));
@@ -99,7 +99,7 @@ std::vector<std::int64_t> first_runs(Database& database) {
   return runs;
 }
 
-/// How far each run is from what it is for, all of them in one picture.
+// How far each run is from what it is for, all of them in one picture.
 Json comparison(Database& database, Seconds dt) {
   std::vector<std::int64_t> runs;
   Statement row = database.prepare("SELECT run, (SELECT count(*) FROM runs) FROM runs ORDER BY run LIMIT ?");
@@ -133,7 +133,7 @@ void replace(std::string& text, std::string_view what, std::string_view by) {
   text.replace(at, what.size(), by);
 }
 
-/// As the content of a script element, which nothing in it can end.
+// As the content of a script element, which nothing in it can end.
 std::string embedded(const Json& json) {
   const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::string safe;

@@ -35,7 +35,7 @@ Edges edges_of(Database& database, std::int64_t graph) {
   return edges;
 }
 
-/// Where Graphviz puts the agents of a graph, in 0..1 both ways. A cycle is drawn as one.
+// Where Graphviz puts the agents of a graph, in 0..1 both ways. A cycle is drawn as one.
 std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::set<Edge>& edges) {
   struct Free {
     void operator()(Agraph_t* graph) const { agclose(graph); }
@@ -84,7 +84,7 @@ std::string facts_of(const Graph& graph) {
   return text + (balanced(graph) ? ", balanced" : ", not balanced");
 }
 
-/// Up to `kMostSegments`, over the whole run.
+// Up to `kMostSegments`, over the whole run.
 std::vector<Segment> chosen(const std::vector<Segment>& all) {
   if (all.size() <= kMostSegments) return all;
   std::vector<Segment> some;

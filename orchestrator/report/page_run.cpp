@@ -23,7 +23,7 @@ constexpr std::size_t kMostCharts = 12;
 constexpr std::size_t kMostFrames = 120, kMostInPlane = 100, kMostEstimatesInPlane = 12;
 constexpr std::array kShares{0.05, 0.5, 0.95};
 
-/// A number of each agent, over time.
+// A number of each agent, over time.
 struct Plot {
   std::string title, meaning;
   bool logarithmic = false;
@@ -75,7 +75,7 @@ class RunPage {
   static double value_or_nothing(double value) { return std::isfinite(value) ? value : kNothing; }
   [[nodiscard]] double at(Numbers all, std::size_t agent, std::size_t column) const { return all[agent * run_.columns.size() + column]; }
   [[nodiscard]] bool banded() const { return run_.agents > kMostCurves; }
-  /// Agents with a curve of their own, as indices.
+  // Agents with a curve of their own, as indices.
   [[nodiscard]] std::vector<std::size_t> drawn() const {
     std::vector<std::size_t> agents;
     const std::size_t n = run_.agents;
@@ -154,7 +154,7 @@ class RunPage {
     }
   }
 
-  /// The true value of what a column estimates, where all agents look at one plant.
+  // The true value of what a column estimates, where all agents look at one plant.
   [[nodiscard]] std::function<double(Numbers)> truth_of(const RecordedColumn& column) const {
     const auto plant = run_.of_kind("plant"), estimate = run_.of_kind("estimate");
     for (std::size_t c = 0; c < plant.size() && c < estimate.size(); ++c)
@@ -187,7 +187,7 @@ class RunPage {
       undrawn_.push_back(plot.title);
   }
 
-  /// Where its curves are among y; `at` moves on.
+  // Where its curves are among y; `at` moves on.
   [[nodiscard]] Json chart(const Plot& plot, std::size_t& at) const {
     Json curves = Json::array();
     for (const std::size_t i : drawn()) curves.push_back(Json{{"name", fmt::format("agent {}", i + 1)}, {"at", at++}});
@@ -216,7 +216,7 @@ class RunPage {
     ends_ = time;
   }
 
-  /// [[first, last], ...] by agent; empty where everybody was there all the time.
+  // [[first, last], ...] by agent; empty where everybody was there all the time.
   [[nodiscard]] Json strips() const {
     const auto always = [&](const auto& spans) { return spans.size() == 1 && spans[0].first == std::pair(0.0, ends_); };
     if (presence_.size() > 200 || std::all_of(presence_.begin(), presence_.end(), always)) return Json::array();
@@ -253,7 +253,7 @@ class RunPage {
     frames_.push_back(std::move(frame));
   }
 
-  /// A plant with a position of two coordinates lies in the plane; so do estimates of two numbers where there is no plant.
+  // A plant with a position of two coordinates lies in the plane; so do estimates of two numbers where there is no plant.
   void plan_plane() {
     if (run_.agents > kMostInPlane) return;
     const auto plant = run_.of_kind("plant"), estimate = run_.of_kind("estimate");

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kLabelWidth = 11, kMostDrawn = 24;
 
-/// Text is broken for reading: as wide as the terminal, but not wider than 100 characters.
+// Text is broken for reading: as wide as the terminal, but not wider than 100 characters.
 std::size_t text_width(const TextStyle& style) { return std::clamp<std::size_t>(style.width, 60, 100); }
 
 std::string fact(const std::string& label, const std::string& text, const TextStyle& style) {

@@ -85,7 +85,7 @@ struct Record::Impl {
     ++handed;
   }
 
-  /// Counts of the run that is going on; they are written when it ends, and on closing if it never does. Call with the mutex held.
+  // Counts of the run that is going on; they are written when it ends, and on closing if it never does. Call with the mutex held.
   void hand_over_agents() {
     if (current.counters.empty()) return;
     pending.entries.emplace_back(std::move(current));

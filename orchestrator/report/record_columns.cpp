@@ -16,7 +16,7 @@ std::string meaning_in(std::span<const ValueDoc> docs, const std::string& field)
   return doc == docs.end() ? field : std::string(doc->meaning);
 }
 
-/// One column per number of the layout, usable in SQL without quotes: x; x_0, x_1, ...; P_0_0, P_1_0, ... (column-major).
+// One column per number of the layout, usable in SQL without quotes: x; x_0, x_1, ...; P_0_0, P_1_0, ... (column-major).
 template <class Meaning>
 void add_columns_of(const Layout& layout, const std::string& kind, const std::string& prefix, Meaning&& meaning,
                     std::vector<RecordColumn>& out) {

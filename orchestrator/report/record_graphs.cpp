@@ -43,7 +43,7 @@ std::optional<Round> RecordGraphs::write(std::size_t run, Round end) {
   return std::nullopt;
 }
 
-/// Equal graphs have one number; a new one's edges are written. Nothing if that would be too much.
+// Equal graphs have one number; a new one's edges are written. Nothing if that would be too much.
 std::optional<std::int64_t> RecordGraphs::number_of(const std::shared_ptr<const Graph>& graph) {
   const bool enough = !experiment_.recording.graphs && graph_rows_ >= kMostGraphRows;
   if (const auto known = by_object_.find(graph); known != by_object_.end()) return enough ? std::nullopt : std::optional(known->second);

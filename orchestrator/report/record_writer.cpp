@@ -158,7 +158,7 @@ void Writer::write(const AgentRows& rows, const Batch&) {
   }
 }
 
-/// Run, sender, receiver, then what was counted, in the order in which the counters name it.
+// Run, sender, receiver, then what was counted, in the order in which the counters name it.
 template <class Counters>
 void Writer::write_links(std::size_t run, const std::vector<OfLink<Counters>>& links, const char* insert) {
   Statement row = database_.prepare(insert);
@@ -236,7 +236,7 @@ void Writer::write_processes(const End& end) {
   }
 }
 
-/// Several protocols share the table: each brings the columns that are not there yet; the others' stay NULL in its rows.
+// Several protocols share the table: each brings the columns that are not there yet; the others' stay NULL in its rows.
 void Writer::add_columns(const std::vector<RecordColumn>& columns) {
   for (const RecordColumn& column : columns)
     if (columns_.insert(column.name).second) database_.run("ALTER TABLE estimates ADD COLUMN " + sql_identifier(column.name) + " REAL");

@@ -12,8 +12,8 @@
 namespace consort {
 namespace {
 
-/// Several protocols share the table, so the order of its columns is not that of each layout: kind by kind, field by field as the protocol
-/// lists them, matrices column by column.
+// Several protocols share the table, so the order of its columns is not that of each layout: kind by kind, field by field as the protocol
+// lists them, matrices column by column.
 void put_in_order(std::vector<RecordedColumn>& columns, const ProtocolEntry& protocol) {
   const auto kind = [](const RecordedColumn& c) { return c.kind == "estimate" ? 0 : c.kind == "state" ? 1 : 2; };
   std::map<std::pair<int, std::string>, std::size_t> rank;

@@ -14,7 +14,7 @@
 namespace consort {
 namespace {
 
-/// A name that is safe as a folder's: everything unusual becomes an underscore.
+// A name that is safe as a folder's: everything unusual becomes an underscore.
 std::string folder_name(const std::string& name) {
   std::string result;
   for (const char c : name) {
@@ -30,8 +30,8 @@ void make_parents(const std::filesystem::path& folder) {
   if (failure) throw RunError(fmt::format("cannot create the folder {}: {}", folder.string(), failure.message()));
 }
 
-/// Mean, deviation and share of every metric that any run has. What a run does not have (it never converged, say) counts in the share
-/// alone, so one such run does not cost the numbers of all others.
+// Mean, deviation and share of every metric that any run has. What a run does not have (it never converged, say) counts in the share
+// alone, so one such run does not cost the numbers of all others.
 void summarise(ProtocolResult& result) {
   std::map<std::string, std::vector<double>> values;
   for (const RunMetrics& run : result.per_run) {
@@ -140,7 +140,7 @@ void Results::add_end(const JobOutcome& outcome) {
 
 namespace {
 
-/// What ended a session between its runs, or before the first.
+// What ended a session between its runs, or before the first.
 Ending ending_of(Exit exit) {
   if (exit == Exit::timed_out) return Ending::deadline;
   return exit == Exit::interrupted || exit == Exit::terminated ? Ending::signal : Ending::failure;
@@ -148,7 +148,7 @@ Ending ending_of(Exit exit) {
 
 }  // namespace
 
-/// How far it came, and what follows for the criteria.
+// How far it came, and what follows for the criteria.
 void Results::conclude(Summary& summary) const {
   const bool cut_short = summary.exit == Exit::timed_out || summary.exit == Exit::interrupted || summary.exit == Exit::terminated;
   const std::size_t asked = protocols_.size() * experiment_.runs;

@@ -9,7 +9,7 @@
 namespace consort {
 namespace {
 
-/// `doing`: for a person, so not in SQL.
+// `doing`: for a person, so not in SQL.
 [[noreturn]] void fail(sqlite3* connection, std::string_view doing = "") {
   const char* file = connection != nullptr ? sqlite3_db_filename(connection, "main") : nullptr;
   std::string text = "record " + std::string(file != nullptr ? file : "") + ": " + std::string(doing) + (doing.empty() ? "" : ": ") +

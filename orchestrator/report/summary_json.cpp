@@ -9,7 +9,7 @@
 namespace consort {
 namespace {
 
-/// By protocol: the seeds, and for every metric its value in each of those runs.
+// By protocol: the seeds, and for every metric its value in each of those runs.
 nlohmann::ordered_json per_run(const Summary& summary) {
   nlohmann::ordered_json out = nlohmann::ordered_json::array();
   for (const ProtocolResult& result : summary.protocols) {
@@ -26,7 +26,7 @@ nlohmann::ordered_json per_run(const Summary& summary) {
   return out;
 }
 
-/// The runs that drew apart, with the numbers.
+// The runs that drew apart, with the numbers.
 nlohmann::ordered_json diverged(const Summary& summary) {
   auto runs = nlohmann::ordered_json::array();
   for (const ProtocolResult& result : summary.protocols)

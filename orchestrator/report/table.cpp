@@ -15,15 +15,15 @@ namespace {
 constexpr std::size_t kComponentsShown = 3;
 constexpr std::size_t kIndent = 2, kGap = 3;
 
-/// Text that is lined up with its column at the end of the leading integer, so that decimal points stand below each other.
+// Text that is lined up with its column at the end of the leading integer, so that decimal points stand below each other.
 struct Cell {
   std::string text;
-  std::size_t point = 0;  ///< characters before the point
+  std::size_t point = 0;  // characters before the point
 };
 
 struct Row {
   std::string label;
-  std::vector<Cell> cells;  ///< one per protocol
+  std::vector<Cell> cells;  // one per protocol
 };
 
 Cell cell(std::string text) {
@@ -34,7 +34,7 @@ Cell cell(std::string text) {
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.6g}", value) : "-"; }
 
-/// The deviation to two digits, the mean to the same decimal place.
+// The deviation to two digits, the mean to the same decimal place.
 std::string mean_and_deviation(double mean, double deviation, const TextStyle& style) {
   if (!std::isfinite(mean)) return "-";
   const char* sign = style.unicode ? "±" : "+-";
@@ -105,7 +105,7 @@ class Lines {
     });
   }
 
-  /// A mean that not every run has a part in says so.
+  // A mean that not every run has a part in says so.
   [[nodiscard]] std::string over_runs(const ProtocolResult& result, const std::string& key) const {
     const std::string text = mean_and_deviation(result.mean.at(key), result.deviation.at(key), style_);
     const double share = result.share.at(key), runs = static_cast<double>(result.per_run.size());
@@ -139,9 +139,9 @@ std::string padded(const std::string& text, std::size_t width) {
   return text + std::string(width > shown ? width - shown : 0, ' ');
 }
 
-/// Widths of one protocol's column.
+// Widths of one protocol's column.
 struct Column {
-  std::size_t before = 0, after = 0, heading = 0;  ///< characters before and from the decimal point on, and of the name above
+  std::size_t before = 0, after = 0, heading = 0;  // characters before and from the decimal point on, and of the name above
   [[nodiscard]] std::size_t width() const { return std::max(heading, before + after); }
 };
 
@@ -158,7 +158,7 @@ std::vector<Column> measure(const Summary& summary, const std::vector<Row>& rows
   return columns;
 }
 
-/// The rows for protocols [first, last).
+// The rows for protocols [first, last).
 std::string block(const Summary& summary, const std::vector<Row>& rows, const std::vector<Column>& columns, std::size_t first,
                   std::size_t last, std::size_t label_width, const TextStyle& style) {
   std::string out;
@@ -217,7 +217,7 @@ std::string heading(const Summary& summary, const TextStyle& style, std::size_t 
                      toned(facts, Tone::faint, style));
 }
 
-/// The value stands before the text, so that long criteria need no column of their own; below it what several metrics came to.
+// The value stands before the text, so that long criteria need no column of their own; below it what several metrics came to.
 std::string criteria(const Summary& summary, const TextStyle& style) {
   std::string out;
   std::size_t width = 0;
@@ -241,7 +241,7 @@ std::string criteria(const Summary& summary, const TextStyle& style) {
   return out.empty() ? out : out + "\n";
 }
 
-/// One line per protocol that drew apart in some run, with the numbers of the first.
+// One line per protocol that drew apart in some run, with the numbers of the first.
 std::string diverged(const Summary& summary, const TextStyle& style) {
   std::string out;
   for (const ProtocolResult& result : summary.protocols) {

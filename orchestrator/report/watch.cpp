@@ -89,7 +89,7 @@ class Watch::Server {
     });
   }
 
-  /// Says whenever the record has grown.
+  // Says whenever the record has grown.
   void stream(httplib::Response& response) {
     if (++viewers_ > kMostViewers) {
       --viewers_;
@@ -112,7 +112,7 @@ class Watch::Server {
         [this](bool) { --viewers_; });
   }
 
-  /// What the page shows, drawn once however many ask.
+  // What the page shows, drawn once however many ask.
   std::shared_ptr<const std::string> data() {
     const std::lock_guard drawing(drawing_);
     std::uint64_t now = 0;

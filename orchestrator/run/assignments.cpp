@@ -111,7 +111,7 @@ MemberTask Assignments::member(AgentId agent, Round now) const {
   return member;
 }
 
-/// Which other processes read it, from its process's first round on or later.
+// Which other processes read it, from its process's first round on or later.
 void Assignments::count_readers(MemberTask& member, Round now) const {
   const std::size_t index = index_of(member.agent);
   const Round begins = std::max(now, placement_.processes[placement_.process_of[index]].presence.from);

@@ -85,7 +85,7 @@ void Collector::depart(std::span<const AgentId> agents) {
   }
 }
 
-/// An agent has said the last word of a stay: it holds until it comes back.
+// An agent has said the last word of a stay: it holds until it comes back.
 void Collector::set_last(AgentId agent, const Attendance& stay, const Last& last, bool of_plant) {
   (of_plant ? last_plant_ : last_agents_)[agent].emplace(stay.until, last);
   const Attendance attendance = attendance_of(agent);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kLargest = std::size_t{1} << 20;  // bytes of a configuration
 
-/// The next of what stands between commas; XML ends where a comma follows a tag.
+// The next of what stands between commas; XML ends where a comma follows a tag.
 std::string_view next_part(std::string_view& rest) {
   std::size_t end = rest.find(',');
   if (rest.starts_with('<'))
@@ -38,7 +38,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// What stands in the first group of every match.
+// What stands in the first group of every match.
 std::vector<std::string> every(const std::string& text, const char* expression) {
   const std::regex pattern(expression, std::regex::icase);
   std::vector<std::string> out;

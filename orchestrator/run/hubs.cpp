@@ -48,7 +48,7 @@ Hubs::Hubs(const Experiment& experiment, const RunOptions& options, const Placem
     open_multicast(callbacks);
 }
 
-/// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
+// One hub: everybody finds everybody anyhow. A domain's ports may be somebody else's, so a derived domain has alternatives.
 void Hubs::open_multicast(const Hub::Callbacks& callbacks) {
   settings_.data = placement_.multicast_data ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings_.hears_multicast_data = false;  // every packet of the agents would wake this process
@@ -72,7 +72,7 @@ void Hubs::open_multicast(const Hub::Callbacks& callbacks) {
   }
 }
 
-/// Runs that share a domain's ports cost each other: every packet of one's discovery wakes all processes of the others.
+// Runs that share a domain's ports cost each other: every packet of one's discovery wakes all processes of the others.
 void Hubs::claim_private_ports() {
   try {
     ports_.emplace(kPortsPerProcess);
@@ -83,7 +83,7 @@ void Hubs::claim_private_ports() {
   }
 }
 
-/// Every hub and every process has a port of its own in one block, so all can share a domain.
+// Every hub and every process has a port of its own in one block, so all can share a domain.
 void Hubs::open_neighbours(const Hub::Callbacks& callbacks) {
   const std::size_t hubs = (processes_ + kProcessesPerHub - 1) / kProcessesPerHub;
   ports_.emplace(kPortsPerProcess * (processes_ + hubs));

@@ -76,7 +76,7 @@ void JobRun::run_rounds() {
   outcome_.seconds = reported ? std::chrono::duration<double>(last_news_ - started_).count() : elapsed();
 }
 
-/// In real time round 0 begins in a moment, everywhere at once.
+// In real time round 0 begins in a moment, everywhere at once.
 void JobRun::begin() {
   started_ = last_news_ = Clock::now();
   if (!realtime()) return grant_from(0);
@@ -95,8 +95,8 @@ void JobRun::end(Ending how) {
 
 // --- rounds go on -----------------------------------------------------------------------------------------------------
 
-/// Real time: tells the graphs of the rounds to come, lets happen what is due, and ends the run when its time is up and everybody has
-/// reported, or has had the time to.
+// Real time: tells the graphs of the rounds to come, lets happen what is due, and ends the run when its time is up and everybody has
+// reported, or has had the time to.
 void JobRun::pace() {
   const double now = elapsed();
   if (const auto grant = pacing_->graphs(now)) session_.grant(*grant);
@@ -116,7 +116,7 @@ void JobRun::pace() {
   if (pacing_->is_over(now)) end(Ending::out_of_time);
 }
 
-/// Lockstep: everybody has come as far as round `reached`, and may go on.
+// Lockstep: everybody has come as far as round `reached`, and may go on.
 void JobRun::grant_from(Round reached) {
   while (const auto pause = granting_.due(reached)) {
     happen(*pause);
@@ -125,13 +125,13 @@ void JobRun::grant_from(Round reached) {
   session_.grant(granting_.grant(reached, elapsed()));
 }
 
-/// Everybody has come to the point where the newest grant asked for a report: time for the next one.
+// Everybody has come to the point where the newest grant asked for a report: time for the next one.
 void JobRun::grant_more() {
   const Round reached = std::min(session_.processes().least(reached_), granting_.granted());
   if (!over_ && granting_.is_time(reached)) grant_from(reached);
 }
 
-/// Everybody stands before the round of the pause.
+// Everybody stands before the round of the pause.
 void JobRun::happen(const Granting::Pause& pause) {
   for (const Fault& fault : pause.faults) strike(fault);
   if (!pause.joins) return;
@@ -148,7 +148,7 @@ void JobRun::strike(const Fault& fault) {
     session_.stop(fault.agent, time_until_proceed(experiment_, fault));
 }
 
-/// Who comes back has not come anywhere yet, and not said its last word. What it had told of its links counts; it counts from nothing.
+// Who comes back has not come anywhere yet, and not said its last word. What it had told of its links counts; it counts from nothing.
 void JobRun::forget(AgentId agent) {
   reached_.erase(agent.value);
   last_words_.erase(agent.value);
@@ -186,7 +186,7 @@ void JobRun::add_report(const RoundReport& report) {
   teller_.report(report);
 }
 
-/// Agents that died are absent from their last report on, and nobody waits for them.
+// Agents that died are absent from their last report on, and nobody waits for them.
 void JobRun::notice_losses() {
   for (const Session::Loss& loss : session_.take_losses()) {
     collector_->depart(loss.agents);
@@ -209,7 +209,7 @@ void JobRun::tell_remarks() {
 
 // --- the end ----------------------------------------------------------------------------------------------------------
 
-/// The run has failed, and why it did must reach the user: what else fails now is of no interest. The survivors say their last words.
+// The run has failed, and why it did must reach the user: what else fails now is of no interest. The survivors say their last words.
 void JobRun::salvage(Ending how) {
   if (!collector_) return;  // it never began
   if (!over_) outcome_.seconds = std::max(elapsed(), 0.0);
@@ -223,7 +223,7 @@ void JobRun::salvage(Ending how) {
   }
 }
 
-/// Ends the epoch: the agents report their links and are free for the next job.
+// Ends the epoch: the agents report their links and are free for the next job.
 void JobRun::finish() {
   if (ending_ != Ending::out_of_time) session_.wake_all();  // else it would be chance whether who is asleep still reports
   session_.finish();
@@ -247,7 +247,7 @@ void JobRun::finish() {
   tell_remarks();
 }
 
-/// What the last words have completed counts. Real time: who has not come to the end does not keep the others from being recorded.
+// What the last words have completed counts. Real time: who has not come to the end does not keep the others from being recorded.
 void JobRun::complete_trace() {
   if (ending_ == Ending::nobody_left) teller_.rest(trace_.last_round);
   if (is_complete(ending_)) return;

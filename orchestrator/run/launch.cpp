@@ -49,9 +49,9 @@ const char* signal_name(int signal) {
   return name ? name : "?";
 }
 
-/// While it lives, this thread starts children without address space randomisation. Processes that all run the same code then also share
-/// the branch predictor's and the instruction cache's memory of it from one to the next, which nearly doubles the rounds per second of
-/// fifty agents on two cores. Where the system forbids it, children start as usual.
+// While it lives, this thread starts children without address space randomisation. Processes that all run the same code then also share
+// the branch predictor's and the instruction cache's memory of it from one to the next, which nearly doubles the rounds per second of
+// fifty agents on two cores. Where the system forbids it, children start as usual.
 class SameAddresses {
  public:
   SameAddresses() { personality(static_cast<unsigned long>(before_) | ADDR_NO_RANDOMIZE); }
@@ -76,7 +76,7 @@ std::string Death::text() const {
 
 namespace {
 
-/// This process's environment with some variables changed, each "NAME=value".
+// This process's environment with some variables changed, each "NAME=value".
 std::vector<std::string> environment_with(const std::map<std::string, std::string>& changes) {
   std::vector<std::string> result;
   for (char** entry = environ; *entry != nullptr; ++entry) {
@@ -254,7 +254,7 @@ DomainShare::~DomainShare() {
   if (lock_ >= 0) close(lock_);
 }
 
-/// A socket in the abstract name space: the kernel forgets it with the process, and it reaches as far as the loopback interface does.
+// A socket in the abstract name space: the kernel forgets it with the process, and it reaches as far as the loopback interface does.
 SoleRun::SoleRun(const std::string& name, const std::string& key, unsigned domain) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

@@ -12,7 +12,7 @@ constexpr std::size_t kSmall = 30;
 // A message that at least this share of the other processes reads goes out once for all. With fewer readers, waking everybody costs more.
 constexpr double kDense = 0.5;
 
-/// Who hears whom, as processes: fills readers and the processes' neighbours.
+// Who hears whom, as processes: fills readers and the processes' neighbours.
 void connect(Placement& placement) {
   const std::size_t n = placement.process_of.size(), processes = placement.processes.size();
   // Processes are numbered as their agents are: receivers ascend, and so do the readers of each message.

@@ -53,7 +53,7 @@ Roster::Verdict Roster::judge(const Newcomer& newcomer) {
   return {Standing::member, *place, {}, true};
 }
 
-/// Why it may not take the place; empty: it may.
+// Why it may not take the place; empty: it may.
 std::string Roster::objection(const Newcomer& newcomer, std::optional<std::size_t> place) const {
   if (!newcomer.fits)
     return "it is " + (newcomer.build.empty() ? "of a build that does not say its version" : newcomer.build) + ", this run " + build_ +
@@ -69,7 +69,7 @@ std::string Roster::objection(const Newcomer& newcomer, std::optional<std::size_
   return {};
 }
 
-/// The place is for a process that the run itself starts.
+// The place is for a process that the run itself starts.
 std::string Roster::not_by_hand(std::size_t place) const {
   const Place& wanted = places_[place];
   const bool several = wanted.agents.size() > 1;
@@ -87,7 +87,7 @@ std::string Roster::not_by_hand(std::size_t place) const {
          ": to start it by hand, name it there: --external " + (wanted.agents.empty() ? "0" : ids_of(wanted.agents));
 }
 
-/// The run has no such process: which ones it has instead.
+// The run has no such process: which ones it has instead.
 std::string Roster::misplaced(const Newcomer& newcomer) const {
   if (newcomer.agents.empty()) return "this run has no plant";
   AgentId last;

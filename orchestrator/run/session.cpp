@@ -18,7 +18,7 @@ RunOptions with_key(RunOptions options) {
   return options;
 }
 
-/// Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
+// Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
 Placement place_for(const Experiment& experiment, const RunOptions& options) {
   Placement placement = place(experiment);
   if (options.expects_others() && experiment.discovery == Discovery::automatic) placement.neighbour_discovery = false;
@@ -91,7 +91,7 @@ void Session::start(std::size_t process, Round now) {
   roster_.launched(process, static_cast<std::uint64_t>(pid));
 }
 
-/// Those that are there from the first round on.
+// Those that are there from the first round on.
 void Session::start_first() {
   for (std::size_t p = 0; p < processes_.size() && !interrupted(); ++p)
     if (processes_[p].presence.from == 0) start(p);

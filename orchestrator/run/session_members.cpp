@@ -1,4 +1,4 @@
-/// Who comes into a session, and how it goes: the part of it that admits, answers, watches and gives up.
+// Who comes into a session, and how it goes: the part of it that admits, answers, watches and gives up.
 
 #include "core/errors.hpp"
 #include "orchestrator/run/host.hpp"
@@ -38,7 +38,7 @@ std::optional<std::size_t> Session::admit(const wire::Presence& presence) {
   return std::nullopt;
 }
 
-/// Who comes late is given the newest command alone, so who is gone has to be said again.
+// Who comes late is given the newest command alone, so who is gone has to be said again.
 void Session::answer(const wire::Command& command) {
   hubs_.broadcast(command);
   broadcast_given_up();
@@ -81,7 +81,7 @@ void Session::watch_children() {
   }
 }
 
-/// Who is not launched from here, and silent, is dead; but not if this very host has slept, which a moment shows.
+// Who is not launched from here, and silent, is dead; but not if this very host has slept, which a moment shows.
 void Session::watch_external() {
   if (leaving_) return;
   for (std::size_t p = 0; p < processes_.size(); ++p) {
@@ -93,12 +93,12 @@ void Session::watch_external() {
   }
 }
 
-/// The run goes on without this process, if it dies now.
+// The run goes on without this process, if it dies now.
 bool Session::may_lose(std::size_t process) const {
   return experiment_.on_agent_loss == AgentLoss::go_on && granted_ && !processes_[process].is_plant();
 }
 
-/// A process has died unplanned.
+// A process has died unplanned.
 void Session::lose(std::size_t process, const std::string& text) {
   if (failed_) return;
   if (!may_lose(process)) throw RunError(text);
@@ -117,7 +117,7 @@ void Session::tell_remarks(RunObserver& observer) {
   }
 }
 
-/// Whoever waits for a long time is told for whom, and what can be done about it.
+// Whoever waits for a long time is told for whom, and what can be done about it.
 void Session::tell_awaited(RunObserver& observer) const {
   const std::string by_hand = processes_.names([](const ProcessState& state) { return is_awaited(state) && state.external; });
   const std::string launched = processes_.names([](const ProcessState& state) { return is_awaited(state) && !state.external; });

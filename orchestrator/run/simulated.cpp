@@ -28,7 +28,7 @@ Trace outline_of(const Experiment& experiment, const Job& job) {
   return AgentMaker(experiment, experiment.protocols.at(job.protocol), job.seed).empty_trace();
 }
 
-/// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
+// What ends a simulation before its stop rule does: the user's signal, or the deadline. Asked from several threads.
 class Watch {
  public:
   Watch(const Experiment& experiment, const RunOptions& options)
@@ -38,7 +38,7 @@ class Watch {
   [[nodiscard]] bool expired() const { return elapsed_since(start_) > deadline_seconds_; }
   [[nodiscard]] bool ended() const { return interrupted() || expired(); }
 
-  /// Throws if it is time to end before round 0.
+  // Throws if it is time to end before round 0.
   void check_while_made(const Experiment& experiment, const Job& job) const {
     if (interrupted()) throw RunError(fmt::format("interrupted while {} agents were made", experiment.agents));
     if (!expired()) return;
@@ -47,7 +47,7 @@ class Watch {
                                    kLongerDeadline));
   }
 
-  /// Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
+  // Throws TimeoutError naming the round if it was the deadline that ended `outcome`.
   void check_deadline(const Experiment& experiment, const JobOutcome& outcome) const {
     if (interrupted()) return;
     throw TimeoutError(fmt::format("the deadline of {:g} s passed in round {} of {} ({}, seed {}); {}", deadline_seconds_,
@@ -62,16 +62,16 @@ class Watch {
   Seconds deadline_seconds_;
 };
 
-/// A finished job with its reports, waiting for its turn to be handed to the observer.
+// A finished job with its reports, waiting for its turn to be handed to the observer.
 struct Finished {
   JobOutcome outcome;
   Rows<std::uint64_t> hashes, state_hashes;  // of every report, by agent; its values are in the trace
   Rows<AgentCounters> counters;
-  double began_seconds = 0.0;  ///< of round 0, after the call
+  double began_seconds = 0.0;  // of round 0, after the call
   bool ended_early = false;
-  std::exception_ptr failure = {};  ///< what the simulation threw; what was known by then is in the outcome
+  std::exception_ptr failure = {};  // what the simulation threw; what was known by then is in the outcome
 
-  /// Of the exception that is being handled.
+  // Of the exception that is being handled.
   void fail() {
     failure = std::current_exception();
     outcome.end.ending = Ending::failure;
@@ -104,7 +104,7 @@ Ending ending_of(const Experiment& experiment, const Finished& finished, const W
   return finished.outcome.trace.last_round < experiment.rounds ? Ending::nobody_left : Ending::last_round;
 }
 
-/// Hands over what a job came to, then throws what ended it, if something did.
+// Hands over what a job came to, then throws what ended it, if something did.
 void conclude(const Finished& finished, RunObserver& observer) {
   try {
     observer.run_ends(finished.outcome);
@@ -114,7 +114,7 @@ void conclude(const Finished& finished, RunObserver& observer) {
   if (finished.failure) std::rethrow_exception(finished.failure);
 }
 
-/// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so, or as `while_made` throws.
+// Runs one job; `each` sees every report on the way. Ends early when `ended()` says so, or as `while_made` throws.
 template <class Each, class Ended>
 Finished run_job(const Experiment& experiment, const Job& job, const std::filesystem::path& spill, const Watch& watch,
                  const WhileMade& while_made, Ended&& ended, Each&& each) {
@@ -159,10 +159,10 @@ SessionTimes run_one(const Experiment& experiment, const Job& job, const std::fi
   return {finished.began_seconds, finished.outcome.seconds};
 }
 
-/// A job that ends before its round 0, because nobody waits for it any more.
+// A job that ends before its round 0, because nobody waits for it any more.
 struct Dropped : std::exception {};
 
-/// Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
+// Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
 class Workers {
  public:
   Workers(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch) {
@@ -184,7 +184,7 @@ class Workers {
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
 
-  /// The next job in order; throws what its simulation threw.
+  // The next job in order; throws what its simulation threw.
   Finished next() {
     Finished finished = tasks_[taken_].get_future().get();
     {

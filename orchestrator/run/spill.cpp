@@ -10,7 +10,7 @@
 namespace consort {
 namespace {
 
-/// Reads like memory.
+// Reads like memory.
 class Mapped : public Block {
  public:
   Mapped(void* at, std::size_t size) : at_(at), size_(size) {}

@@ -33,7 +33,7 @@ bool holds(Comparison comparison, double left, double right) {
   return left != right;
 }
 
-/// The stack on which a criterion is worked out.
+// The stack on which a criterion is worked out.
 class Stack {
  public:
   void push(double value) { values_.push_back(value); }
@@ -42,7 +42,7 @@ class Stack {
     values_.pop_back();
     return top;
   }
-  /// The last `count`, taken off.
+  // The last `count`, taken off.
   std::vector<double> pop(std::size_t count) {
     std::vector<double> top(values_.end() - static_cast<std::ptrdiff_t>(count), values_.end());
     values_.resize(values_.size() - count);
@@ -60,7 +60,7 @@ bool all_hold(const Criterion::Chain& chain, const std::vector<double>& sides) {
   return true;
 }
 
-/// What two operands make.
+// What two operands make.
 double combined(Operation operation, double left, double right) {
   switch (operation) {
     case Operation::add:

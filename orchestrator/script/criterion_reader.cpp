@@ -19,7 +19,7 @@ using Operation = Criterion::Operation;
 
 constexpr std::size_t kDeepest = 200;
 
-/// The way a chain runs; none for !=, which says nothing of the outer two.
+// The way a chain runs; none for !=, which says nothing of the outer two.
 int direction(Comparison comparison) {
   switch (comparison) {
     case Comparison::less:
@@ -36,14 +36,14 @@ int direction(Comparison comparison) {
   return 0;
 }
 
-/// The side of a chain whose value is worth showing, from which of them name a metric: the first that others enclose, or else the first.
+// The side of a chain whose value is worth showing, from which of them name a metric: the first that others enclose, or else the first.
 std::size_t shown_side(const std::vector<bool>& names_metric) {
   const auto inner = std::find(names_metric.begin() + 1, names_metric.end() - 1, true);
   const auto found = inner != names_metric.end() - 1 ? inner : std::find(names_metric.begin(), names_metric.end(), true);
   return static_cast<std::size_t>(found - names_metric.begin());
 }
 
-/// Reads a text into steps in postfix order.
+// Reads a text into steps in postfix order.
 class Reader : private CriterionText {
  public:
   Reader(const std::string& text, std::vector<Criterion::Named>& names, std::vector<Criterion::Chain>& chains,

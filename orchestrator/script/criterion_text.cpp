@@ -24,7 +24,7 @@ constexpr std::array kComparisons{Symbol{"<=", Comparison::at_most}, Symbol{">="
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }  // of UTF-8
 
-/// A message is one line, and does not end where the text has a NUL.
+// A message is one line, and does not end where the text has a NUL.
 std::string printable(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';

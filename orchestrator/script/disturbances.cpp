@@ -60,7 +60,7 @@ class DisturbanceReader {
   }
 
  private:
-  /// What is added and how long it is held; false: nothing that could be.
+  // What is added and how long it is held; false: nothing that could be.
   bool read_signal(const Section& section, const std::string& what, Disturbance& out) {
     if (const auto hold = section.find("hold"); present(hold)) {
       if (const auto seconds = read_duration(mistakes_, hold, section.path("hold"))) {

@@ -22,7 +22,7 @@ struct Refusal {
   std::string text;
 };
 
-/// Hears a document once, as it is written, and refuses what could not be walked with its aliases in place.
+// Hears a document once, as it is written, and refuses what could not be walked with its aliases in place.
 class Surveyor : public YAML::EventHandler {
  public:
   Surveyor(std::string_view text, Mistakes& mistakes) : text_(text), mistakes_(mistakes) {}
@@ -104,7 +104,7 @@ class Surveyor : public YAML::EventHandler {
 
 bool is_merge_key(const YAML::Node& key) { return key.IsScalar() && key.Tag() != "!" && key.Scalar() == "<<"; }
 
-/// The entries of `from` whose keys `into` does not have.
+// The entries of `from` whose keys `into` does not have.
 void merge_into(YAML::Node into, const YAML::Node& from) {
   std::set<std::string> own;
   for (const auto& entry : into)
@@ -113,7 +113,7 @@ void merge_into(YAML::Node into, const YAML::Node& from) {
     if (!entry.first.IsScalar() || !own.contains(entry.first.Scalar())) into.force_insert(entry.first, entry.second);
 }
 
-/// Replaces the `<<` keys of `node`, and of all that is in it, by the entries of the mappings they name; of several, the first wins.
+// Replaces the `<<` keys of `node`, and of all that is in it, by the entries of the mappings they name; of several, the first wins.
 void merge(YAML::Node node, Mistakes& mistakes) {
   if (node.IsSequence())
     for (const auto& entry : node) merge(entry, mistakes);

@@ -15,7 +15,7 @@ namespace {
 const std::set<std::string> kProcessEvents{"join", "leave", "kill", "restart", "stop", "continue"};
 const std::vector<std::string> kEvents{"cut", "heal", "set_link", "degrade", "join", "leave", "kill", "restart", "stop", "continue"};
 
-/// What may happen next to an agent that is in some condition, and what that makes of it.
+// What may happen next to an agent that is in some condition, and what that makes of it.
 enum class Condition { before, there, left, killed, stopped };
 std::optional<Condition> after(Condition now, const std::string& kind) {
   if (kind == "join") return now == Condition::before || now == Condition::left ? std::optional(Condition::there) : std::nullopt;
@@ -69,7 +69,7 @@ void Events::read(const YAML::Node& node) {
   check_presence(node);
 }
 
-/// In which round an event is; nothing where that is a mistake, which is told.
+// In which round an event is; nothing where that is a mistake, which is told.
 std::optional<Round> Events::read_round(const Section& section, const YAML::Node& node, const std::string& what) {
   const auto round = section.find("round"), time = section.find("time");
   if (present(round) == present(time)) {
@@ -89,7 +89,7 @@ std::optional<Round> Events::read_round(const Section& section, const YAML::Node
   return std::nullopt;
 }
 
-/// `join: 5` or `leave: [2, 3]`.
+// `join: 5` or `leave: [2, 3]`.
 void Events::read_process_event(const YAML::Node& node, const std::string& what, std::optional<Round> round, const std::string& kind) {
   const YAML::Node list = node.IsSequence() ? node : YAML::Node(std::vector<YAML::Node>{node});
   for (const auto& entry : list) {
@@ -108,7 +108,7 @@ void Events::read_process_event(const YAML::Node& node, const std::string& what,
   }
 }
 
-/// Each agent's events in order become its stays and what happens to its process.
+// Each agent's events in order become its stays and what happens to its process.
 void Events::order_process_events(const YAML::Node& node) {
   for (auto& [agent, events] : process_events_)
     // Where an event of its own has a mistake, nobody knows whether the others follow from it.

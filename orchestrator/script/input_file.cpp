@@ -20,7 +20,7 @@ constexpr const char* kAllowed = "; allowed: a file, or a pipe";
 
 double seconds(std::chrono::milliseconds time) { return std::chrono::duration<double>(time).count(); }
 
-/// An open file that closes itself.
+// An open file that closes itself.
 class Descriptor {
  public:
   // A pipe nobody writes to would keep open() waiting.

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Range kRoundsOfDelay{0.0, static_cast<double>(kLongestDelay), false};
 
-/// Reads the keys of one link into what they change.
+// Reads the keys of one link into what they change.
 class LinkReader {
  public:
   LinkReader(Mistakes& mistakes, Seconds dt, const Section& section, std::string what)
@@ -38,7 +38,7 @@ class LinkReader {
  private:
   void change(std::function<void(LinkSpec&)> apply) { patch_.push_back(std::move(apply)); }
 
-  /// All effects but the delay, whose two members files have as one.
+  // All effects but the delay, whose two members files have as one.
   void read_effects(const Section& section, bool of_loss) {
     LinkSpec::fields([&](const LinkKey& key, auto member) {
       if constexpr (!std::is_same_v<decltype(member), Round LinkSpec::*> && !std::is_same_v<decltype(member), Jitter LinkSpec::*>) {
@@ -92,7 +92,7 @@ class LinkReader {
     high = *second;
   }
 
-  /// Whatever is lost is said anew: a cause that is not mentioned is none.
+  // Whatever is lost is said anew: a cause that is not mentioned is none.
   void read_loss(const YAML::Node& node, const std::string& what) {
     LinkSpec::fields([this](const LinkKey& key, auto member) {
       if (key.of_loss) change([member](LinkSpec& link) { link.*member = LinkSpec().*member; });
@@ -102,7 +102,7 @@ class LinkReader {
     read_effects(loss, true);
   }
 
-  /// A delay in rounds, not rounded: a time (`timed`) or a number of rounds.
+  // A delay in rounds, not rounded: a time (`timed`) or a number of rounds.
   double rounds_in(const YAML::Node& node, const std::string& what, bool timed) {
     if (!timed) return read_number(mistakes_, node, what, kRoundsOfDelay).value_or(0.0);
     if (const auto number = plain_number(node); number && *number == 0.0) return 0.0;
@@ -113,7 +113,7 @@ class LinkReader {
     return rounds;
   }
 
-  /// The same in whole rounds: a time is rounded up, a number of rounds is whole.
+  // The same in whole rounds: a time is rounded up, a number of rounds is whole.
   Round whole_rounds_in(const YAML::Node& node, const std::string& what, bool timed) {
     if (!timed) return static_cast<Round>(read_whole(mistakes_, node, what, 0, kLongestDelay).value_or(0));
     const double rounds = rounds_in(node, what, timed);

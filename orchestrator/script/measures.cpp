@@ -34,7 +34,7 @@ void check_metrics(Mistakes& mistakes, const Section& top) {
     if (node[i].IsScalar() && !node[i].Scalar().empty()) read_choice(mistakes, node[i], fmt::format("metrics[{}]", i), names);
 }
 
-/// The line of the table that gives `name`: error.2.mode1 comes with error, nees_low with nees.
+// The line of the table that gives `name`: error.2.mode1 comes with error, nees_low with nees.
 std::string metric_behind(const std::string& name) {
   std::string_view longest;
   for (const auto& entry : metric_table()) {
@@ -45,7 +45,7 @@ std::string metric_behind(const std::string& name) {
   return std::string(longest);
 }
 
-/// The protocol (and the sweep's value) that a metric is of.
+// The protocol (and the sweep's value) that a metric is of.
 std::string title_before(const Experiment& out, const std::string& metric) {
   std::string longest;
   for (const ProtocolChoice& choice : out.protocols)

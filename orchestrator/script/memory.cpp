@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 
-/// Of a file that begins with a number; no limit where there is none ("max").
+// Of a file that begins with a number; no limit where there is none ("max").
 double number_in(const char* file) {
   std::ifstream in(file);
   double number = 0.0;

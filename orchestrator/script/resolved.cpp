@@ -37,7 +37,7 @@ Node node_of(const Values& values) {
   return out;
 }
 
-/// Parameters; those that are choices as their words.
+// Parameters; those that are choices as their words.
 void put_parameters(Node& out, const Values& values, std::span<const ValueDoc> docs) {
   for (const auto& [name, value] : values.entries()) {
     const ValueDoc* doc = doc_of(docs, name);

@@ -1,5 +1,5 @@
-/// The JSON Schema of the experiment file: which keys it allows, and a whole document checked against it by valijson. The document
-/// goes through nlohmann JSON: the adapter for yaml-cpp in valijson 1.0 lacks the backward iteration its own validator needs.
+// The JSON Schema of the experiment file: which keys it allows, and a whole document checked against it by valijson. The document
+// goes through nlohmann JSON: the adapter for yaml-cpp in valijson 1.0 lacks the backward iteration its own validator needs.
 
 #include "orchestrator/script/script.hpp"
 #include "orchestrator/script/wording.hpp"

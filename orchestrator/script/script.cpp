@@ -46,7 +46,7 @@ std::string header_comment(const std::string& text) {
   return out;
 }
 
-/// Reads what is to be run: its name, mode, seed, runs, dt and rounds.
+// Reads what is to be run: its name, mode, seed, runs, dt and rounds.
 class RunReader {
  public:
   RunReader(Mistakes& mistakes, const Section& top, const ScriptOverrides& overrides, Experiment& out)
@@ -105,7 +105,7 @@ class RunReader {
   Experiment& out_;
 };
 
-/// What stands at the top level besides what is run, agents, topology and plant.
+// What stands at the top level besides what is run, agents, topology and plant.
 void read_rest(Mistakes& mistakes, const Section& top, const ScriptOverrides& overrides, Events& events, Experiment& out) {
   if (const auto node = top.find("links"); present(node)) read_links(mistakes, node, out);
   if (const auto node = top.find("events"); present(node)) events.read(node);
@@ -114,7 +114,7 @@ void read_rest(Mistakes& mistakes, const Section& top, const ScriptOverrides& ov
   read_measures(mistakes, top, out);
 }
 
-/// A newer file would be misread, and every other mistake in it beside the point.
+// A newer file would be misread, and every other mistake in it beside the point.
 void check_format(Mistakes& mistakes, const YAML::Node& document) {
   const YAML::Node node = document.IsMap() ? document["format"] : YAML::Node(YAML::NodeType::Undefined);
   if (!present(node)) return;

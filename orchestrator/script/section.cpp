@@ -26,7 +26,7 @@ void check_duplicate_keys(Mistakes& mistakes, const YAML::Node& node) {
 
 namespace {
 
-/// What an unknown key may have been meant to be, or where it belongs.
+// What an unknown key may have been meant to be, or where it belongs.
 std::string misplaced(const std::string& key, std::span<const std::string> allowed) {
   const auto top = schema_keys("");
   if (std::find(top.begin(), top.end(), key) != top.end()) return "; it belongs at the top level, with no spaces before it";

@@ -52,7 +52,7 @@ class Reader {
     if (!out_.unbalanced) begin_line();
   }
 
-  /// A quote within which a line like `key: value` comes, and a bracket before such a line without a comma, were to be closed.
+  // A quote within which a line like `key: value` comes, and a bracket before such a line without a comma, were to be closed.
   void refuse_open(bool at_end) {
     if (quote_) {
       out_.unbalanced = {quote_->mark, fmt::format("found a quotation mark ({0}) that is not closed; allowed: a {0} at the end of the text",
@@ -69,7 +69,7 @@ class Reader {
   [[nodiscard]] YAML::Mark here() const { return mark_at(out_.lines.size() - 1, at_ - line_begin_); }
   static char closing(char opening) { return opening == '[' ? ']' : '}'; }
 
-  /// What stands for `c` in the skeleton.
+  // What stands for `c` in the skeleton.
   char take(char c) {
     if (comment_ || literal_) return ' ';
     if (quote_) return in_quotes(c);
@@ -100,7 +100,7 @@ class Reader {
     return 'q';
   }
 
-  /// Keeps account of what is open, and of whether a new value may begin here.
+  // Keeps account of what is open, and of whether a new value may begin here.
   void structure(char c) {
     const bool flow = !brackets_.empty();
     const bool next_blank = at_ + 1 == text_.size() || is_blank(text_[at_ + 1]) || text_[at_ + 1] == '\n';

@@ -27,7 +27,7 @@ struct Slip {
   std::string text;
 };
 
-/// What keeps `entry` ("rounds:50") from being a key and a value.
+// What keeps `entry` ("rounds:50") from being a key and a value.
 std::optional<Slip> entry_slip(std::string_view entry) {
   const std::size_t begin = entry.starts_with('"') || entry.starts_with('\'') ? 1 : 0;
   std::size_t end = begin;
@@ -44,7 +44,7 @@ std::optional<Slip> entry_slip(std::string_view entry) {
   return Slip{0, fmt::format("found '{0} {1}', which has no colon; allowed: '{0}: {1}'", key, value)};
 }
 
-/// A line that is not blank, as far as its indentation and its first key go.
+// A line that is not blank, as far as its indentation and its first key go.
 struct Line {
   std::size_t number;
   std::string_view text;         // of the skeleton, without what is blank at its end
@@ -77,7 +77,7 @@ class Structure {
     }
   }
 
-  /// Adds what is wrong in the last line, or in those before it.
+  // Adds what is wrong in the last line, or in those before it.
   bool explain(const YAML::ParserException& error, Mistakes& mistakes) const {
     if (lines_.empty()) return false;
     return no_entry(mistakes) || too_deep(mistakes) || between(error, mistakes) || second_colon(error, mistakes);
@@ -90,7 +90,7 @@ class Structure {
     return std::string(text_.substr(begin + from, line.text.size() - from));
   }
 
-  /// Lines before (or the last itself) that stand like a key's, and are none.
+  // Lines before (or the last itself) that stand like a key's, and are none.
   bool no_entry(Mistakes& mistakes) const {
     const Line* found = nullptr;
     for (std::size_t i = lines_.size(); i-- > 0;) {
@@ -105,7 +105,7 @@ class Structure {
     return true;
   }
 
-  /// A line deeper than one before it that has its value already.
+  // A line deeper than one before it that has its value already.
   bool too_deep(Mistakes& mistakes) const {
     if (lines_.size() < 2) return false;
     const Line &last = lines_.back(), &before = lines_[lines_.size() - 2];
@@ -118,7 +118,7 @@ class Structure {
     return true;
   }
 
-  /// A line whose indentation lies between those of the lines it could belong with.
+  // A line whose indentation lies between those of the lines it could belong with.
   bool between(const YAML::ParserException& error, Mistakes& mistakes) const {
     if (error.msg != YAML::ErrorMsg::END_OF_MAP && error.msg != YAML::ErrorMsg::END_OF_SEQ) return false;
     const Line& last = lines_.back();
@@ -160,7 +160,7 @@ class Structure {
   std::vector<Line> lines_;
 };
 
-/// A tab in the indentation of the line or of that before it.
+// A tab in the indentation of the line or of that before it.
 bool explain_tab(const std::vector<SkeletonLine>& lines, std::size_t line, Mistakes& mistakes) {
   for (const std::size_t at : {line, line - 1}) {
     if (at >= lines.size()) continue;
@@ -185,7 +185,7 @@ bool explain_lookalike(const std::vector<SkeletonLine>& lines, std::size_t last,
   return false;
 }
 
-/// What the library's own words become where they are near the place.
+// What the library's own words become where they are near the place.
 std::string in_our_words(std::string_view text, const YAML::ParserException& error) {
   const auto at = static_cast<std::size_t>(std::max(0, error.mark.pos));
   const std::string_view rest = at < text.size() ? text.substr(at) : std::string_view();

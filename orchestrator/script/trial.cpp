@@ -69,7 +69,7 @@ void try_links(Mistakes& mistakes, const YAML::Mark& mark, const Experiment& exp
   for (const LinkModel::Change& change : links.changes) attempt(change.edge.value_or(Edge{AgentId{1}, AgentId{2}}), change.spec, "events");
 }
 
-/// What all agents, and the reports of their rounds, take: an agent has its estimate, and each message on its way.
+// What all agents, and the reports of their rounds, take: an agent has its estimate, and each message on its way.
 void require_memory_of(const Experiment& experiment, const ProtocolChoice& choice, const Protocol& protocol) {
   const auto agents = static_cast<double>(experiment.agents);
   const auto numbers = static_cast<double>(protocol.estimate_layout().size()), sent = static_cast<double>(protocol.message_layout().size());
@@ -90,10 +90,10 @@ void require_memory_of(const Experiment& experiment, const ProtocolChoice& choic
                  "fewer rounds, or `telemetry: {every: ...}`");
 }
 
-/// How many numbers of an agent the record holds side by side: of several protocols, those of any.
+// How many numbers of an agent the record holds side by side: of several protocols, those of any.
 class RecordWidth {
  public:
-  /// Throws ConfigError if there are too many.
+  // Throws ConfigError if there are too many.
   void require(const Experiment& experiment, const Protocol& protocol, const std::optional<Physics>& physics) {
     const std::size_t plant = physics ? physics->state_layout().size() : 0;
     const Layout beside = recorded_part(protocol.recorded_layout(), experiment.recording.state);
@@ -113,7 +113,7 @@ class RecordWidth {
   std::size_t numbers_ = 0;
 };
 
-/// Of agent 1.
+// Of agent 1.
 std::size_t components_of(const PerAgent& values) {
   const auto count = [](const auto& source) {
     using Source = std::decay_t<decltype(source)>;
@@ -132,7 +132,7 @@ bool draws_initial_values(const Experiment& experiment) {
                      [](const NamedPerAgent& named) { return std::holds_alternative<PerAgent::Uniform>(named.values.source); });
 }
 
-/// The agents of one protocol, made to hear what it objects to.
+// The agents of one protocol, made to hear what it objects to.
 class Trial {
  public:
   Trial(Mistakes& mistakes, const Experiment& experiment, const ProtocolChoice& choice, const Places& places, const YAML::Mark& agents_mark)
@@ -140,7 +140,7 @@ class Trial {
     mistakes.at(place_of("", AgentId{1}, choice, places, agents_mark));
   }
 
-  /// Makes the agent and calls `look(maker, protocol)`; what either refuses is a mistake at the value's place, and false is returned.
+  // Makes the agent and calls `look(maker, protocol)`; what either refuses is a mistake at the value's place, and false is returned.
   template <class Look>
   bool make(AgentId agent, Seed seed, Look&& look) {
     try {
@@ -156,7 +156,7 @@ class Trial {
     return false;
   }
 
-  /// Initial values that are drawn are others in every run; as many runs are looked at as make no delay.
+  // Initial values that are drawn are others in every run; as many runs are looked at as make no delay.
   void later_seeds() {
     const std::size_t runs = std::min(experiment_.runs, 1 + kMostMade / experiment_.agents);
     for (std::size_t run = 1; run < runs; ++run)

@@ -24,8 +24,8 @@ void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
 
 namespace {
 
-/// The parser takes a value that is not there for the next thing in the text. It is missed in the last line before that has something,
-/// where the line of `mark` has nothing before it and no null of its own.
+// The parser takes a value that is not there for the next thing in the text. It is missed in the last line before that has something,
+// where the line of `mark` has nothing before it and no null of its own.
 YAML::Mark place_of_nothing(std::string_view text, YAML::Mark mark) {
   const auto at = std::min(static_cast<std::size_t>(std::max(0, mark.pos)), text.size());
   const auto is_null = [&](std::string_view word) { return text.substr(at).starts_with(word); };

@@ -8,7 +8,7 @@
 namespace consort {
 namespace {
 
-/// Where a recorded number lies among an agent's; of the first of `names` that is recorded.
+// Where a recorded number lies among an agent's; of the first of `names` that is recorded.
 std::optional<std::size_t> place_of(const Layout& layout, std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names) {
     std::size_t at = 0;
@@ -20,7 +20,7 @@ std::optional<std::size_t> place_of(const Layout& layout, std::initializer_list<
   return std::nullopt;
 }
 
-/// Whether each agent may ever hear somebody: the gain of one that does not (a leader) means nothing.
+// Whether each agent may ever hear somebody: the gain of one that does not (a leader) means nothing.
 std::vector<char> hearing(const Experiment& experiment, Seed seed) {
   const auto support = experiment.schedule(seed).support(experiment.rounds);
   std::vector<char> hears;
@@ -28,7 +28,7 @@ std::vector<char> hearing(const Experiment& experiment, Seed seed) {
   return hears;
 }
 
-/// One recorded number of the agents that hear somebody and are there.
+// One recorded number of the agents that hear somebody and are there.
 std::vector<double> gains_at(const Trace& trace, std::size_t report, std::size_t place, const std::vector<char>& hears) {
   std::vector<double> gains;
   for (std::size_t i = 0; i < trace.agents; ++i) {
@@ -38,7 +38,7 @@ std::vector<double> gains_at(const Trace& trace, std::size_t report, std::size_t
   return gains;
 }
 
-/// Final values of the number that `names` say; empty where it is not recorded.
+// Final values of the number that `names` say; empty where it is not recorded.
 std::vector<double> final_gains(const Experiment& experiment, Seed seed, const Trace& trace,
                                 std::initializer_list<std::string_view> names) {
   const auto place = place_of(trace.estimate_layout, names);

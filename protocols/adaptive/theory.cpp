@@ -22,17 +22,17 @@ namespace {
 struct Demand {
   AskedGraph asks;
   std::string_view theorem;
-  bool linear = false;     ///< gains from the Riccati equation of the agent's own (A, B)
-  bool noiseless = false;  ///< gains that only grow, as long as anything disturbs the agents
+  bool linear = false;     // gains from the Riccati equation of the agent's own (A, B)
+  bool noiseless = false;  // gains that only grow, as long as anything disturbs the agents
   // Names of values, where the protocol has any:
-  std::string_view constant = {};   ///< the parameter that is its gain, which it does not adapt
-  std::string_view velocity = {};   ///< the parameter that weighs the velocity, where K is not from the Riccati equation
-  std::string_view reference = {};  ///< the initial value that its gains decay to
-  std::string_view further = {};    ///< the initial value of further gains
-  bool cubed = false;               ///< gains are multiplied by (1 + xi' P xi)^3
+  std::string_view constant = {};   // the parameter that is its gain, which it does not adapt
+  std::string_view velocity = {};   // the parameter that weighs the velocity, where K is not from the Riccati equation
+  std::string_view reference = {};  // the initial value that its gains decay to
+  std::string_view further = {};    // the initial value of further gains
+  bool cubed = false;               // gains are multiplied by (1 + xi' P xi)^3
 };
 
-/// algebraic_connectivity(), with the spectrum at hand.
+// algebraic_connectivity(), with the spectrum at hand.
 double connectivity_of(const Graph& graph, const Spectra::Spectrum& spectrum) {
   if (graph.agents() < 2 || !has_spanning_tree(graph)) return 0.0;
   const auto zero =
@@ -46,7 +46,7 @@ double largest_modulus(const std::vector<std::complex<double>>& spectrum) {
   return largest;
 }
 
-/// One protocol of one experiment under examination.
+// One protocol of one experiment under examination.
 class AdaptiveExamination {
  public:
   AdaptiveExamination(const TheoryCase& of, const Demand& demand, Findings& out)
@@ -127,7 +127,7 @@ class AdaptiveExamination {
     return largest;
   }
 
-  /// Gains known before the run that the loop has to bear, and where they come from.
+  // Gains known before the run that the loop has to bear, and where they come from.
   struct KnownGain {
     double value;
     std::string text;
@@ -145,7 +145,7 @@ class AdaptiveExamination {
     return known;
   }
 
-  /// Largest (1 + xi_i' P xi_i)^3 at the start, in round 0.
+  // Largest (1 + xi_i' P xi_i)^3 at the start, in round 0.
   [[nodiscard]] double largest_rho(const Physics& physics, const Matrix& P) const {
     const Graph graph = *experiment_.schedule(experiment_.seed).at(0);
     double largest = 1.0;
@@ -158,7 +158,7 @@ class AdaptiveExamination {
     return largest;
   }
 
-  /// A loop of gain c adds poles down to -c lambda_max(K B) lambda_max(L) (exact as c grows); held over dt it rings up beyond 2 / dt.
+  // A loop of gain c adds poles down to -c lambda_max(K B) lambda_max(L) (exact as c grows); held over dt it rings up beyond 2 / dt.
   void step(const Physics& physics) {
     if (largest_ <= 0.0) return;
     double stiffness = 1.0;  // lambda_max(K B), of the velocity feedback where K is not from the Riccati equation
@@ -189,7 +189,7 @@ class AdaptiveExamination {
              : "held over a round, the loop rings up: take a smaller dt");
   }
 
-  /// Algorithm 4.2 against the experiment's graphs.
+  // Algorithm 4.2 against the experiment's graphs.
   void resolution() {
     const Reference::Rule rule = Reference::rule(choice_.name, choice_.parameters, experiment_.dt);
     const bool symmetric = std::all_of(graphs_.begin(), graphs_.end(), [](const auto& graph) { return undirected(*graph); });

@@ -27,7 +27,7 @@ bool gains_without_noise(const TheoryCase& of) {
                                                     [&](const auto& entry) { return clean(entry.second.parameters); });
 }
 
-/// Are the sums of the weights equal with which the others hear each agent?
+// Are the sums of the weights equal with which the others hear each agent?
 bool equal_listeners(const Graph& graph) {
   Vector out = Vector::Zero(static_cast<Eigen::Index>(graph.agents()));
   for (std::size_t i = 0; i < graph.agents(); ++i)
@@ -44,8 +44,8 @@ bool unit_weights(const Graph& graph) {
 
 // --- Kalman consensus (Ren, Beard, Kingston 2005; Alighanbari, How 2006) --------------------------------------------------
 
-/// The limit of (4)-(5) with Q = Omega = 0 on a constant strongly connected graph: information Y_i+ = sum (I + g)_ij Y_j and the same for
-/// Y_i x_i, so both line up with the left Perron vector w of I + g: limit (sum w_i Y_i)^-1 sum w_i Y_i x_i.
+// The limit of (4)-(5) with Q = Omega = 0 on a constant strongly connected graph: information Y_i+ = sum (I + g)_ij Y_j and the same for
+// Y_i x_i, so both line up with the left Perron vector w of I + g: limit (sum w_i Y_i)^-1 sum w_i Y_i x_i.
 Vector kalman_limit(const TheoryCase& of, const Graph& graph) {
   const auto n = static_cast<Eigen::Index>(of.experiment.agents);
   const auto [values, vectors] = eigen((Matrix::Identity(n, n) + adjacency(graph)).transpose(), "I + g");
@@ -68,7 +68,7 @@ Vector kalman_limit(const TheoryCase& of, const Graph& graph) {
   return information.llt().solve(weighted);
 }
 
-/// ": limit 4.9, centralised 5", where that can be said.
+// ": limit 4.9, centralised 5", where that can be said.
 std::string kalman_value(const TheoryCase& of) {
   const Experiment& experiment = of.experiment;
   const bool everybody = of.survey.graphs.front()->agents() == experiment.agents;
@@ -78,7 +78,7 @@ std::string kalman_value(const TheoryCase& of) {
                      text_of(centralised_estimate(experiment, experiment.seed)), limits_of_prediction(of));
 }
 
-/// Largest eigenvalue of P_i sum_j g_ij (P_j + Omega)^-1 at the start, over agents and graphs.
+// Largest eigenvalue of P_i sum_j g_ij (P_j + Omega)^-1 at the start, over agents and graphs.
 double largest_gain(const TheoryCase& of, const std::vector<const Graph*>& graphs) {
   std::vector<Matrix> P;
   for (std::size_t i = 0; i < of.experiment.agents; ++i) {

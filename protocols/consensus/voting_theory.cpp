@@ -23,7 +23,7 @@ Vector weighted_in_degrees(const Graph& graph) {
   return in;
 }
 
-/// What the agents start from, one column each: the plant's states, or what they keep.
+// What the agents start from, one column each: the plant's states, or what they keep.
 Matrix starting_values(const Experiment& experiment, const Survey::Members& members) {
   std::optional<Physics> physics;
   if (experiment.plant) physics.emplace(plant_task(experiment, experiment.seed));
@@ -38,8 +38,8 @@ Matrix starting_values(const Experiment& experiment, const Survey::Members& memb
   return out;
 }
 
-/// A lower bound of the largest eigenvalue of L, L symmetric, without a decomposition: Rayleigh's quotient after some steps of the power
-/// iteration, from a vector that no graph is likely to be orthogonal to.
+// A lower bound of the largest eigenvalue of L, L symmetric, without a decomposition: Rayleigh's quotient after some steps of the power
+// iteration, from a vector that no graph is likely to be orthogonal to.
 double largest_eigenvalue_at_least(const Graph& graph, const Vector& degrees) {
   constexpr int kSteps = 60;
   Vector x(degrees.size());
@@ -63,7 +63,7 @@ constexpr double kRounding = 1e-12;
 constexpr const char* kTorn = "take a graph with a spanning tree";
 std::string unsettled(const std::string& remedy) { return "the states do not settle: " + remedy; }
 
-/// One graph throughout, and its eigenvalues known.
+// One graph throughout, and its eigenvalues known.
 void judge_voting(const TheoryCase& of, Findings& out, const Spectra::Spectrum& spectrum) {
   const double dt = of.experiment.dt;
   double largest = 0.0, step = std::numeric_limits<double>::infinity();
@@ -87,7 +87,7 @@ void judge_voting(const TheoryCase& of, Findings& out, const Spectra::Spectrum& 
             value, unsettled(connected ? step_remedy(dt, step) : kTorn));
 }
 
-/// One graph throughout, too large for its eigenvalues: what bounds of them say.
+// One graph throughout, too large for its eigenvalues: what bounds of them say.
 void judge_large_voting(const TheoryCase& of, Findings& out) {
   const Graph& graph = *of.survey.graphs.front();
   const Vector degrees = weighted_in_degrees(graph);

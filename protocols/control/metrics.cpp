@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kLargestDecay = 20;  // agents; a thousand products of matrices of twice that size
 
-/// The network that theory speaks of, if this run is one.
+// The network that theory speaks of, if this run is one.
 struct Network {
   std::vector<MinimumEnergyWeights> weights;
   MinimumEnergyNetwork theory;
@@ -32,7 +32,7 @@ std::optional<Network> network_of(const Experiment& experiment, Seed seed, const
 
 std::optional<Network> network_of(const PlannedRun& run) { return network_of(run.experiment, run.experiment.seed, run.choice); }
 
-/// [x; e] of one report, component `c` of every agent.
+// [x; e] of one report, component `c` of every agent.
 Vector state_and_error(const Trace& trace, std::size_t report, std::size_t c) {
   const auto n = static_cast<Eigen::Index>(trace.agents);
   Vector out(2 * n);
@@ -44,7 +44,7 @@ Vector state_and_error(const Trace& trace, std::size_t report, std::size_t c) {
   return out;
 }
 
-/// Bounds of what disturbs measurements and states; nothing if something is not bounded.
+// Bounds of what disturbs measurements and states; nothing if something is not bounded.
 struct Bounds {
   double measurement = 0.0, state = 0.0;
 };

@@ -20,7 +20,7 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Below this h every 1 + h s, s of `spectrum`, has modulus below one: |1 + h s| < 1 exactly if h < -2 Re(s) / |s|^2.
+// Below this h every 1 + h s, s of `spectrum`, has modulus below one: |1 + h s| < 1 exactly if h < -2 Re(s) / |s|^2.
 Seconds euler_bound(const std::vector<Complex>& spectrum) {
   double step = std::numeric_limits<double>::infinity();
   for (const Complex& s : spectrum) step = std::min(step, -2.0 * s.real() / std::norm(s));

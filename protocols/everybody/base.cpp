@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kTold = -1.0, kNobody = -2.0;  // where a round would stand
 
-/// A, B and the A_l out of `model`, the law of the input out of `input`.
+// A, B and the A_l out of `model`, the law of the input out of `input`.
 KnownModel known_model(const Values& model, const Values& input, std::size_t agents, const std::string& who) {
   const Matrix* A = model.find("A");
   const Matrix* B = model.find("B");

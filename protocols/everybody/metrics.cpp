@@ -16,7 +16,7 @@ constexpr Eigen::Index kMostComponents = 100;  // error components; a thousand p
 struct Size {
   double error = 0.0, truth = 0.0;
 };
-/// |E| and the norm of the truth behind it in one report.
+// |E| and the norm of the truth behind it in one report.
 Size error_at(const Trace& trace, std::size_t report) {
   const std::size_t slot = trace.dimension / (trace.agents + 1);
   double error = 0.0, truth = 0.0;
@@ -57,7 +57,7 @@ void observer_error_names(std::string_view name, const PlannedRun&, MetricNames&
 
 namespace {
 
-/// The whole run as one system whose errors decay, where (19) speaks of it.
+// The whole run as one system whose errors decay, where (19) speaks of it.
 std::optional<ObservedCase> bounded_case(ObserverTask task, const Experiment& experiment, Seed seed, const ProtocolChoice& choice) {
   if (!experiment.presence.empty() || !experiment.plant) return std::nullopt;
   const Schedule schedule = experiment.schedule(seed);

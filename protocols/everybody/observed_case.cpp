@@ -18,13 +18,13 @@ std::vector<AgentId> agents_there(const Experiment& experiment, Round k) {
   return out;
 }
 
-/// Place of an agent among the members; their number if it is not one.
+// Place of an agent among the members; their number if it is not one.
 std::size_t place_of(const std::vector<AgentId>& members, AgentId j) {
   const auto it = std::lower_bound(members.begin(), members.end(), j);
   return it != members.end() && *it == j ? static_cast<std::size_t>(it - members.begin()) : members.size();
 }
 
-/// Lets the members' own algorithm decide, on ideal communication.
+// Lets the members' own algorithm decide, on ideal communication.
 void settle_sensing(const Experiment& experiment, const ProtocolChoice& choice, const std::vector<Values>& knowledge, ObservedCase& out) {
   const std::size_t m = out.members.size();
   std::vector<AcyclicSensing> agents;
@@ -59,7 +59,7 @@ void settle_sensing(const Experiment& experiment, const ProtocolChoice& choice, 
   }
 }
 
-/// C and F of one agent that localises: minus its output against each of `from` and, if it has one, against the origin.
+// C and F of one agent that localises: minus its output against each of `from` and, if it has one, against the origin.
 void localise(const Matrix& C, const Matrix& F, const std::vector<std::size_t>& from, bool absolute, ObservedAgent& agent) {
   const Eigen::Index p = C.rows(), n = C.cols();
   const auto channels = static_cast<Eigen::Index>(from.size()) + (absolute ? 1 : 0);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr AgentId agent(std::size_t index) { return agent_at(index); }
 
-/// The plant's matrix without its inputs, A = [A_ij], for one copy of all states.
+// The plant's matrix without its inputs, A = [A_ij], for one copy of all states.
 Matrix dynamics(const ObservedSystem& system) {
   Matrix A = Matrix::Zero(system.states(), system.states());
   const auto at = [&](AgentId j) { return system.at_hat(agent(0), j); };
@@ -27,7 +27,7 @@ Matrix dynamics(const ObservedSystem& system) {
   return A;
 }
 
-/// The part of R that every agent can compute for itself: hat^(i)' and bar_i' without consensus and measurements.
+// The part of R that every agent can compute for itself: hat^(i)' and bar_i' without consensus and measurements.
 Matrix prediction(const ObservedSystem& system) {
   Matrix out = Matrix::Zero(system.error_size(), system.error_size());
   const Matrix A = dynamics(system);
@@ -41,7 +41,7 @@ Matrix prediction(const ObservedSystem& system) {
   return out;
 }
 
-/// The part of R that measurements make: -F_i (C_ii bar_i + sum_l C_il hat_l^(i)).
+// The part of R that measurements make: -F_i (C_ii bar_i + sum_l C_il hat_l^(i)).
 Matrix correction(const ObservedSystem& system) {
   Matrix out = Matrix::Zero(system.error_size(), system.error_size());
   for (std::size_t i = 0; i < system.agents.size(); ++i) {
@@ -53,7 +53,7 @@ Matrix correction(const ObservedSystem& system) {
   return out;
 }
 
-/// Adds the consensus terms; `gain(d)` stands before a sum whose weights sum to d.
+// Adds the consensus terms; `gain(d)` stands before a sum whose weights sum to d.
 template <class Gain>
 void add_consensus(const ObservedSystem& system, Gain&& gain, Matrix& out) {
   const std::size_t m = system.agents.size();
@@ -72,7 +72,7 @@ void add_consensus(const ObservedSystem& system, Gain&& gain, Matrix& out) {
   }
 }
 
-/// mu d of every error, the largest among those that move together.
+// mu d of every error, the largest among those that move together.
 Vector relaxation_rates(const ObservedSystem& system) {
   std::vector<Edge> couplings;
   for (std::size_t j = 0; j < system.agents.size(); ++j)
@@ -95,8 +95,8 @@ Vector relaxation_rates(const ObservedSystem& system) {
   return out;
 }
 
-/// [E; M] with N E what drives the errors beside the model, and M the N of the round before, moved along:
-///     E+ = P (E + now N E + growth (N E - M)),    M+ = P (N E - rate (what was added to E))
+// [E; M] with N E what drives the errors beside the model, and M the N of the round before, moved along:
+//     E+ = P (E + now N E + growth (N E - M)),    M+ = P (N E - rate (what was added to E))
 Matrix second_order_matrix(const ObservedSystem& system, Seconds h) {
   const Eigen::Index size = system.error_size();
   const Matrix P = matrix_exponential(prediction(system), h), I = Matrix::Identity(size, size),

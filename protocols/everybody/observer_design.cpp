@@ -9,7 +9,7 @@
 namespace consort {
 namespace {
 
-/// A vector of n numbers from one number or n.
+// A vector of n numbers from one number or n.
 Vector numbers(const Values& values, std::string_view name, Eigen::Index n, const std::string& who) {
   const Matrix* given = values.find(name);
   if (given == nullptr) return Vector::Zero(n);

@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kMostCases = 6;  // different graphs of one run whose whole error is examined
 
-/// One protocol of one experiment under examination.
+// One protocol of one experiment under examination.
 class ObserverExamination {
  public:
   ObserverExamination(ObserverTask task, const TheoryCase& of, Findings& out)
@@ -75,7 +75,7 @@ class ObserverExamination {
     return out;
   }
 
-  /// The different communication graphs with those that are there, the earliest first. False if nothing can be said of any.
+  // The different communication graphs with those that are there, the earliest first. False if nothing can be said of any.
   bool collect_cases() {
     const std::string condition = "what follows from the graphs with those that are there";
     const auto n = static_cast<double>(experiment_.agents);
@@ -92,7 +92,7 @@ class ObserverExamination {
     return !cases_.empty();
   }
 
-  /// Refused if even the union of all graphs, as long as the same agents are there, is not strongly connected.
+  // Refused if even the union of all graphs, as long as the same agents are there, is not strongly connected.
   void connectivity() {
     const std::string condition = "strongly connected communication among the agents that are there";
     const std::string theorem = localises() ? "(Theorem 4.15, condition 3)" : "(Huang et al. 2025, Theorem 3.2)";
@@ -202,7 +202,7 @@ class ObserverExamination {
     add(Rating::holds, condition, "slowest eigenvalue's real part " + text_of(slowest), "every agent's own observer follows its state");
   }
 
-  /// The whole error is examined with one mu.
+  // The whole error is examined with one mu.
   bool one_gain() {
     for (const Case& one : cases_)
       for (const double mu : one.of.mu)

@@ -13,7 +13,7 @@ namespace consort {
 
 namespace {
 
-/// C with C'C = U.
+// C with C'C = U.
 Matrix square_root(const Matrix& U) {
   const auto [values, vectors] = symmetric_eigen(U);
   return values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * vectors.transpose();

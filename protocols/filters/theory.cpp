@@ -24,7 +24,7 @@ namespace {
 
 using Kind = FilterKind;
 
-/// One protocol under examination.
+// One protocol under examination.
 class FilterExamination {
  public:
   FilterExamination(Kind kind, const TheoryCase& of, Findings& out)
@@ -68,7 +68,7 @@ class FilterExamination {
   [[nodiscard]] Values parameters(std::size_t i) const { return of_.parameters(agent_at(i)); }
   [[nodiscard]] const Graph& graph() const { return *survey_.segments.front().graph; }
 
-  /// C of several agents, one below the other.
+  // C of several agents, one below the other.
   [[nodiscard]] Matrix stacked(const std::vector<std::size_t>& agents) const {
     Eigen::Index rows = 0;
     for (const std::size_t i : agents) rows += C_[i].rows();
@@ -80,7 +80,7 @@ class FilterExamination {
     }
     return C;
   }
-  /// An eigenvalue of A that does not decay and that C does not see.
+  // An eigenvalue of A that does not decay and that C does not see.
   [[nodiscard]] std::optional<std::complex<double>> unseen(const Matrix& C) const {
     return detectable(A_, C.rows() > 0 ? C : Matrix(Matrix::Zero(1, A_.cols()))).offending;
   }
@@ -107,7 +107,7 @@ class FilterExamination {
     return !mode;
   }
 
-  /// Whether each agent's own Riccati equation has a bounded solution.
+  // Whether each agent's own Riccati equation has a bounded solution.
   void sees_enough(const std::string& with, bool in_neighbours) {
     std::string evidence;
     for (std::size_t i = 0; i < experiment_.agents && evidence.empty(); ++i)
@@ -157,7 +157,7 @@ class FilterExamination {
         one_way.empty() ? "the theorem is about such graphs" : "the theorem does not cover it; see the error matrix");
   }
 
-  /// Which agents a path leads to from one of `agents`, which are among them; `backwards`: from whom a path leads to one of them.
+  // Which agents a path leads to from one of `agents`, which are among them; `backwards`: from whom a path leads to one of them.
   [[nodiscard]] std::vector<bool> reached_from(std::vector<std::size_t> agents, bool backwards) const {
     std::vector<std::vector<std::size_t>> listeners(experiment_.agents);
     for (const auto& [edge, weight] : support_->edges())
@@ -238,7 +238,7 @@ class FilterExamination {
                    "the errors decay in rounds too", "the errors do not decay in rounds");
   }
   [[nodiscard]] StationaryGains gains() const { return {kind_, of_, A_, C_, graph()}; }
-  /// What the stationary gains of all agents take: a Riccati equation each.
+  // What the stationary gains of all agents take: a Riccati equation each.
   [[nodiscard]] double design_cost() const {
     return 20.0 * static_cast<double>(experiment_.agents) * spectrum_cost(static_cast<double>(A_.rows()));
   }

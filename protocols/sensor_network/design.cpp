@@ -22,14 +22,14 @@ using Indices = std::vector<Eigen::Index>;
 
 constexpr double kRounding = 1e-12;  // of ||A||: a growth below it is none
 
-/// "3 (components 5, 6)", counted from 1.
+// "3 (components 5, 6)", counted from 1.
 std::string group_text(const StateGroups& groups, std::size_t j) {
   std::string out = std::to_string(j + 1) + " (" + noun(groups[j].size(), "component");
   for (const Eigen::Index c : groups[j]) out += (c == groups[j].front() ? " " : ", ") + std::to_string(c + 1);
   return out + ")";
 }
 
-/// 1.1 times (3.83) for the worst graph: see the protocol.
+// 1.1 times (3.83) for the worst graph: see the protocol.
 double worst_gamma(const Matrix& A, std::size_t agents, double balance) {
   const double growth = symmetric_eigenvalues(A + A.transpose()).maxCoeff();
   if (growth <= kRounding * A.norm() || agents < 2) return 1.0;

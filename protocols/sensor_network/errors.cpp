@@ -14,7 +14,7 @@
 namespace consort {
 namespace {
 
-/// Blocks of one agent's size in a matrix of the whole network.
+// Blocks of one agent's size in a matrix of the whole network.
 Eigen::Block<Matrix> block_of(Matrix& whole, std::size_t i, std::size_t j, Eigen::Index n) {
   return whole.block(static_cast<Eigen::Index>(i) * n, static_cast<Eigen::Index>(j) * n, n, n);
 }
@@ -25,14 +25,14 @@ double in_degree(const Graph& graph, AgentId i) {
   return d;
 }
 
-/// Adds S_i sum_j w_ij (e_j - e_i) to the rows of agent i.
+// Adds S_i sum_j w_ij (e_j - e_i) to the rows of agent i.
 void add_coupling(Matrix& whole, const Graph& graph, AgentId i, const Matrix& S) {
   const Eigen::Index n = S.rows();
   for (const Neighbour& j : graph.in_neighbours(i)) block_of(whole, index_of(i), index_of(j.id), n) += j.weight * S;
   block_of(whole, index_of(i), index_of(i), n) -= in_degree(graph, i) * S;
 }
 
-/// By agent: whether it reaches `to` (itself included).
+// By agent: whether it reaches `to` (itself included).
 std::vector<char> ancestors(const Graph& graph, AgentId to) {
   std::vector<char> reached(graph.agents(), 0);
   std::vector<AgentId> queue{to};

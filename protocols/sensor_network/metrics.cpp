@@ -14,7 +14,7 @@ namespace {
 constexpr Eigen::Index kLargestError = 400;  // numbers in the errors of all agents: a Lyapunov equation costs its cube
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// A and every agent's C of the plant that all agents share.
+// A and every agent's C of the plant that all agents share.
 struct Dynamics {
   Matrix A;
   std::vector<Matrix> C;
@@ -32,7 +32,7 @@ std::optional<Dynamics> shared_dynamics(const Experiment& experiment) {
   return out;
 }
 
-/// By agent: the largest of everybody who reaches it, itself included.
+// By agent: the largest of everybody who reaches it, itself included.
 std::vector<Vector> flooded(std::vector<Vector> values, const Graph& graph) {
   for (std::size_t round = 1; round < values.size(); ++round) {
     const std::vector<Vector> sent = values;
@@ -44,13 +44,13 @@ std::vector<Vector> flooded(std::vector<Vector> values, const Graph& graph) {
 
 std::string component(const std::string& name, Eigen::Index c) { return name + "[" + std::to_string(c) + "]"; }
 
-/// The network in the last round of the run.
+// The network in the last round of the run.
 std::optional<ExaminedNetwork> final_network(const Experiment& experiment, Seed seed, const ProtocolChoice& choice) {
   const Round last = experiment.rounds > 0 ? experiment.rounds - 1 : 0;
   return examined_network(experiment, choice, *experiment.schedule(seed).at(last), last);
 }
 
-/// Of the errors of all agents; NaN where there is none, because they do not decay.
+// Of the errors of all agents; NaN where there is none, because they do not decay.
 Vector variances(const ExaminedNetwork& examined) {
   const Matrix A_tot = error_matrix(examined.network);
   if (!(spectral_abscissa(A_tot) < 0.0)) return Vector::Constant(A_tot.rows(), kNone);

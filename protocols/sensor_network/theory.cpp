@@ -27,7 +27,7 @@ std::string listed(const std::vector<AgentId>& agents) {
   return out;
 }
 
-/// The plant's name of each state group: that of the field with exactly its components, else their numbers.
+// The plant's name of each state group: that of the field with exactly its components, else their numbers.
 std::vector<std::string> names_of(const StateGroups& groups, const Layout& layout) {
   std::vector<std::string> out;
   for (const auto& group : groups) {
@@ -45,12 +45,12 @@ std::vector<std::string> names_of(const StateGroups& groups, const Layout& layou
   return out;
 }
 
-/// Numbers in the errors of all agents.
+// Numbers in the errors of all agents.
 double order_of(const ExaminedNetwork& examined) {
   return static_cast<double>(examined.network.A.rows()) * static_cast<double>(examined.agents.size());
 }
 
-/// One graph of the run under examination.
+// One graph of the run under examination.
 class NetworkExamination {
  public:
   NetworkExamination(const TheoryCase& of, const ExaminedNetwork& examined, std::vector<std::string> names)
@@ -77,7 +77,7 @@ class NetworkExamination {
     for (const AgentId place : places) out.push_back(original(place));
     return out;
   }
-  /// Those of `places` that see group j.
+  // Those of `places` that see group j.
   [[nodiscard]] std::vector<AgentId> seeing(std::size_t j) const {
     std::vector<AgentId> out;
     for (std::size_t i = 0; i < examined_.agents.size(); ++i)
@@ -188,7 +188,7 @@ class NetworkExamination {
                   : "the sampled errors do not decay: " + step_remedy(experiment_.dt, bound));
   }
 
-  /// Largest variance of each group: "mode1 1.38e-4, ...".
+  // Largest variance of each group: "mode1 1.38e-4, ...".
   [[nodiscard]] std::string by_group(const Vector& variances, const std::vector<char>* observes = nullptr) const {
     std::string out;
     for (std::size_t j = 0; j < names_.size(); ++j) {
