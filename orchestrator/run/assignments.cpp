@@ -12,6 +12,7 @@ namespace consort {
 namespace {
 
 constexpr std::size_t kMembersPerPart = 200;
+constexpr std::size_t kLinksToldAlong = 10'000;  // of a run: so few cost nothing beside the reports they are told with
 
 Delivery delivery_of(const Experiment& experiment) {
   constexpr double kDeadlineRounds = 3.0;
@@ -64,7 +65,9 @@ Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {
   common.steers = steers_;
   common.recorded = experiment_.recording.state;
   common.realtime = experiment_.mode == Mode::realtime;
-  common.tells_links = common.realtime || experiment_.on_agent_loss == AgentLoss::go_on;
+  // A process may be gone before its last words.
+  common.tells_links =
+      common.realtime || experiment_.on_agent_loss == AgentLoss::go_on || placement_.support->edge_count() <= kLinksToldAlong;
   common.delivery = delivery_of(experiment_);
   for (const auto& [agent, presence] : experiment_.presence)
     if (!presence.holds(now)) common.joining.emplace(agent, presence.next(now));

@@ -81,10 +81,16 @@ TEST(Assignments, WhoIsKilledDoesNotKnowTheHourAndWhoComesBackIsToldOfItsNextSta
   EXPECT_EQ(struck.member(5).presence, (Attendance{0, 60}));
 }
 
-TEST(Assignments, LinksAreToldWithEachReportWhereAProcessMayBeGoneBeforeItsLastWords) {
-  EXPECT_FALSE(Case(kRing).all()[0].tells_links);
-  EXPECT_TRUE(Case(std::string(kRing) + "on_agent_loss: continue\n").all()[0].tells_links);
-  EXPECT_TRUE(Case(std::string(kRing) + "mode: realtime\ndt: 0.1\n").all()[0].tells_links);
+TEST(Assignments, LinksAreToldWithEachReportWhereAProcessMayBeGoneBeforeItsLastWordsOrTheyAreFew) {
+  EXPECT_TRUE(Case(kRing).all()[0].tells_links);
+  const auto large = [](const std::string& more) {
+    std::string text = kRing + more;
+    text.replace(text.find("ring"), 4, "complete");
+    return Case(text, 150).all()[0].tells_links;
+  };
+  EXPECT_FALSE(large(""));
+  EXPECT_TRUE(large("on_agent_loss: continue\n"));
+  EXPECT_TRUE(large("mode: realtime\ndt: 0.1\n"));
 }
 
 TEST(Assignments, ThePlantIsToldOfEveryAgentAndWhoHostsIt) {
