@@ -3,6 +3,7 @@
 #include "idl/trust.hpp"
 #include "orchestrator/run/job_run.hpp"
 #include "orchestrator/run/session.hpp"
+#include "rounds/agent_maker.hpp"
 #include "rounds/last_round.hpp"
 
 #include <algorithm>
@@ -21,6 +22,23 @@ std::string run_key() {
   return given ? *given : wire::RunKey::random_secret();
 }
 
+namespace {
+
+/// What a protocol refuses of a later seed is said as of the first, with the seed, and not by the process that hosts the agent.
+void try_seed(const Experiment& experiment, const Job& job) {
+  if (job.seed.value == experiment.seed.value) return;  // was tried as the experiment was read
+  try {
+    const AgentMaker maker(experiment, experiment.protocols[job.protocol], job.seed);
+    for (std::size_t i = 0; i < experiment.agents; ++i) static_cast<void>(maker.make(agent_at(i)));
+  } catch (const ConfigError& refusal) {
+    throw SeedRefused(job.seed, refusal.what());
+  } catch (const RunError& refusal) {  // numbers that mathematics refuses
+    throw SeedRefused(job.seed, refusal.what());
+  }
+}
+
+}  // namespace
+
 SessionTimes run_processes(const Experiment& asked, const RunOptions& options, RunObserver& observer) {
   const auto begin = std::chrono::steady_clock::now();
   Experiment experiment = asked;
@@ -32,6 +50,7 @@ SessionTimes run_processes(const Experiment& asked, const RunOptions& options, R
   try {
     session.launch(observer);
     for (const Job& job : jobs_of(experiment)) {
+      try_seed(experiment, job);
       const std::uint32_t epoch = static_cast<std::uint32_t>(job.number) + 1;
       session.assign(job, epoch, observer);
       if (session.interrupted()) break;

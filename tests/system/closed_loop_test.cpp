@@ -76,6 +76,35 @@ TEST(ClosedLoop, SeveralSeedsAndProtocolsUseTheSameProcesses) {
   expect_same_traces(run_over_dds(experiment), run_in_simulation(experiment));
 }
 
+TEST(Seeds, OneThatAProtocolRefusesIsSaidAlikeWithProcessesAndWithout) {
+  const auto with_seed = [](std::uint64_t seed) {
+    return parse_experiment("experiment: drawn\ntopology: ring\nrounds: 5\nseed: " + std::to_string(seed) +
+                                "\nagents: {count: 3, protocol: kalman_consensus, initial: {x: 1, P: {uniform: [-0.2, 1]}}}\n",
+                            "drawn.yaml", ".");
+  };
+  const auto refused = [&](std::uint64_t seed) {
+    try {
+      static_cast<void>(with_seed(seed));
+      return false;
+    } catch (const ConfigError&) {
+      return true;
+    }
+  };
+  std::uint64_t seed = 1;
+  while (refused(seed) || !refused(seed + 1)) ++seed;
+  Experiment experiment = with_seed(seed);
+  experiment.runs = 2;  // so many that the reader does not try them all
+  for (const auto run : {+[](const Experiment& each) { run_over_dds(each); }, +[](const Experiment& each) { run_in_simulation(each); }}) {
+    try {
+      run(experiment);
+      ADD_FAILURE() << "the second run was not refused";
+    } catch (const SeedRefused& refusal) {
+      EXPECT_EQ(refusal.seed.value, seed + 1);
+      EXPECT_NE(std::string(refusal.what()).find("P"), std::string::npos) << refusal.what();
+    }
+  }
+}
+
 Experiment somebody_joins(const std::string& events) {
   return experiment_of(R"(
 experiment: somebody_joins
