@@ -16,6 +16,7 @@ namespace consort::script {
 namespace {
 
 constexpr std::uint64_t kMostComponents = 10'000;
+constexpr std::size_t kMostMistakes = 10'000;  // of a data file; it is not read beyond them
 
 // One line per agent, comma-separated.
 std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
@@ -33,6 +34,7 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
   std::istringstream in(bytes.starts_with("\xef\xbb\xbf") ? bytes.substr(3) : bytes);  // a byte order mark
   const std::size_t before = mistakes.count();
   PerAgent::List list;
+  std::size_t lines = 0;  // that hold numbers
   std::string line;
   for (std::size_t number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
@@ -52,12 +54,13 @@ std::optional<PerAgent> read_number_file(Mistakes& mistakes, const YAML::Node& n
       }
       start = comma + 1;
     }
+    if (mistakes.count() - before >= kMostMistakes) return std::nullopt;
+    if (++lines > agents) continue;  // they are counted, and take no memory
     list.values.push_back(Eigen::Map<const Vector>(row.data(), static_cast<Eigen::Index>(row.size())));
   }
   if (mistakes.count() != before) return std::nullopt;
-  if (list.values.size() != agents) {
-    mistakes.add(node, fmt::format("{}: found {} in '{}'; allowed: {}, one per agent", what, counted(list.values.size(), "line"),
-                                   shown(*name), agents));
+  if (lines != agents) {
+    mistakes.add(node, fmt::format("{}: found {} in '{}'; allowed: {}, one per agent", what, counted(lines, "line"), shown(*name), agents));
     return std::nullopt;
   }
   return PerAgent{list};

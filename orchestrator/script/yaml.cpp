@@ -13,8 +13,9 @@
 namespace consort::script {
 
 namespace {
-constexpr std::size_t kMostTold = 50;    // mistakes of a file, at once
-constexpr std::size_t kMostShown = 100;  // bytes of what stands in it
+constexpr std::size_t kMostTold = 50;      // mistakes of a file, at once
+constexpr std::size_t kMostKept = 10'000;  // the others are counted
+constexpr std::size_t kMostShown = 100;    // bytes of what stands in it
 }  // namespace
 
 void Mistakes::add(const YAML::Mark& mark, const std::string& text) {
@@ -54,7 +55,10 @@ void Mistakes::add(const YAML::Node& node, const std::string& text) {
 }
 
 void Mistakes::add(const std::string& file, std::size_t line, std::size_t column, const std::string& text) {
-  found_.push_back({file, line, column, text});
+  if (found_.size() < kMostKept)
+    found_.push_back({file, line, column, text});
+  else
+    ++not_kept_;
 }
 
 void Mistakes::raise() const {
@@ -69,7 +73,7 @@ void Mistakes::raise() const {
     if (!text.empty()) text += '\n';
     text += fmt::format("{}:{}:{}: {}", entry.file, entry.line, entry.column, entry.text);
   }
-  if (told < sorted.size()) text += fmt::format("\n... and {} more", sorted.size() - told);
+  if (told < count()) text += fmt::format("\n... and {} more", count() - told);
   throw PlacedError(text);
 }
 

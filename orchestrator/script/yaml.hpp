@@ -29,7 +29,7 @@ class Mistakes {
   /// A mistake in another file (a data file); `line` and `column` count from 1.
   void add(const std::string& file, std::size_t line, std::size_t column, const std::string& text);
   [[nodiscard]] bool none() const { return found_.empty(); }
-  [[nodiscard]] std::size_t count() const { return found_.size(); }
+  [[nodiscard]] std::size_t count() const { return found_.size() + not_kept_; }
   /// The text of the file. It need not outlive the call.
   void are_in(const std::string& text) { text_ = text; }
   /// What is read from now on stands here: the place of an objection that names none.
@@ -47,6 +47,7 @@ class Mistakes {
   };
   std::string file_, text_;
   std::vector<Entry> found_;
+  std::size_t not_kept_ = 0;  // more than anybody reads
   YAML::Mark here_;
 };
 

@@ -84,6 +84,15 @@ TEST(InputFile, ExperimentsAndTheirDataFilesAreReadWithinBounds) {
     return text;
   }();
   EXPECT_NE(told("many.csv").find("... and 950 more"), std::string::npos);
+  const auto repeated = [](const char* line) {
+    std::string text;
+    for (int i = 0; i < 100'000; ++i) text += line;
+    return text;
+  };
+  std::ofstream(folder.path() / "long.csv") << repeated("4\n");
+  EXPECT_NE(told("long.csv").find("found 100000 lines in 'long.csv'; allowed: 2, one per agent"), std::string::npos);
+  std::ofstream(folder.path() / "wrong.csv") << repeated("a\n");
+  EXPECT_NE(told("wrong.csv").find("... and 9950 more"), std::string::npos) << "no more than so many are looked for";
   try {
     load_experiment("/dev/zero");
     ADD_FAILURE() << "read";
