@@ -55,7 +55,8 @@ void list_protocols(const TextStyle& style) {
 void list_plants(const TextStyle& style) {
   for (const PlantEntry& entry : plant_table()) {
     streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
-    streams::put(fmt::format("{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style)));
+    streams::put(fmt::format("{}{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style),
+                             values("coupling", entry.couplings, style)));
   }
 }
 
@@ -70,11 +71,18 @@ void list_metrics(const TextStyle& style) {
     streams::put(fmt::format("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
 }
 
-nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
+/// Values that a protocol gives.
+nlohmann::ordered_json described(std::span<const ValueDoc> docs) {
   auto out = nlohmann::ordered_json::array();
-  for (const ValueDoc& doc : docs) {
-    out.push_back({{"name", doc.name}, {"meaning", doc.meaning}, {"shape", doc.shape}, {"required", doc.fallback.empty()}});
-    if (!doc.fallback.empty()) out.back()["default"] = doc.fallback;
+  for (const ValueDoc& doc : docs) out.push_back({{"name", doc.name}, {"meaning", doc.meaning}, {"shape", doc.shape}});
+  return out;
+}
+
+nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
+  auto out = described(docs);
+  for (std::size_t i = 0; i < docs.size(); ++i) {
+    out[i]["required"] = docs[i].fallback.empty();
+    if (!docs[i].fallback.empty()) out[i]["default"] = docs[i].fallback;
   }
   return out;
 }
@@ -88,13 +96,16 @@ nlohmann::ordered_json as_json(const std::string& what) {
                      {"source", entry.source},
                      {"assumes", entry.assumptions},
                      {"parameters", as_json(entry.parameters)},
-                     {"initial", as_json(entry.initial)}});
+                     {"initial", as_json(entry.initial)},
+                     {"estimate", described(entry.estimate)},
+                     {"recorded", described(entry.recorded)}});
   if (what == "plants")
     for (const PlantEntry& entry : plant_table())
       out.push_back({{"name", entry.name},
                      {"summary", entry.summary},
                      {"parameters", as_json(entry.parameters)},
-                     {"initial", as_json(entry.initial)}});
+                     {"initial", as_json(entry.initial)},
+                     {"couplings", as_json(entry.couplings)}});
   if (what == "topologies")
     for (const TopologyEntry& entry : topology_table())
       out.push_back({{"name", entry.name}, {"summary", entry.summary}, {"form", entry.form}});
@@ -133,9 +144,8 @@ class ListVerb : public Verb {
     document(app_,
              "list what an experiment may use\n"
              "protocols: each with its source, what it assumes, its parameters and initial values, what it estimates and what else is "
-             "recorded. plants: the models agents can steer and "
-             "measure. topologies: graph families and schedules, and how they are written. metrics: what can be measured and used in "
-             "criteria.",
+             "recorded. plants: the models agents can steer and measure, and how their parts act on each other. topologies: graph families "
+             "and schedules, and how they are written. metrics: what can be measured and used in criteria.",
              {{"consort list protocols", "The algorithms."},
               {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
              {{"0", "listed"}, {"2", "there is no such list"}});

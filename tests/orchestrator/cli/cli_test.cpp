@@ -15,6 +15,7 @@
 #include <csignal>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <sstream>
 #include <thread>
 
@@ -271,6 +272,15 @@ TEST_F(Cli, NumbersOfOptionsAreWhatTheySayOrRefused) {
 TEST_F(Cli, EveryVerbAnswersInJson) {
   EXPECT_GE(nlohmann::json::parse(consort({"list", "protocols", "--json"}).out).size(), 10u);
   EXPECT_TRUE(nlohmann::json::parse(consort({"list", "plants", "--json"}).out)[0].contains("parameters"));
+  for (const auto& [list, values] : std::map<std::string, std::vector<std::string>>{
+           {"protocols", {"parameters", "initial", "estimate", "recorded"}}, {"plants", {"parameters", "initial", "couplings"}}}) {
+    const std::string text = consort({"list", list}).out;
+    for (const auto& entry : nlohmann::json::parse(consort({"list", list, "--json"}).out))
+      for (const std::string& key : values)
+        for (const auto& value : entry.at(key))
+          EXPECT_NE(text.find(" " + value.at("name").get<std::string>() + ": "), std::string::npos) << entry["name"] << ", " << value;
+  }
+  EXPECT_NE(consort({"list", "plants"}).out.find("coupling A: what x_j does to x_i'"), std::string::npos);
   EXPECT_TRUE(nlohmann::json::parse(consort({"list", "topologies", "--json"}).out)[0].contains("form"));
   EXPECT_TRUE(nlohmann::json::parse(consort({"list", "metrics", "--json"}).out)[0].contains("summary"));
   const auto doctor = nlohmann::json::parse(consort({"doctor", "--json", "--interface", "nix0"}).out);
