@@ -78,8 +78,8 @@ CREATE TABLE metrics (           -- one row per run and metric (`consort list me
   PRIMARY KEY (run, name)
 ) WITHOUT ROWID;
 CREATE TABLE results (           -- the metrics over the runs, as the table of results, summary.json and the criteria have them
-  name TEXT PRIMARY KEY,         -- <metric>, or <protocol>.<metric> of several; .std: sample standard deviation over the runs
-  value REAL                     -- mean over the runs; NULL: not a number
+  name TEXT PRIMARY KEY,         -- <metric>, or <protocol>.<metric> of several; .std, .share: over the runs that have it, their share
+  value REAL                     -- mean over the runs that have it; NULL: not a number
 ) WITHOUT ROWID;
 CREATE TABLE criteria (          -- one row per acceptance criterion, in the order of the file
   number INTEGER PRIMARY KEY,    -- 0, 1, ...
