@@ -4,7 +4,6 @@
 #include "core/math/shapes.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 
 #include <algorithm>
 #include <cmath>
@@ -23,18 +22,12 @@ void require_success(const Solver& solver, std::string_view what, Eigen::Index n
 // Of numbers that are not finite, Eigen's iterations read beside the matrix or hand out memory that nobody wrote.
 template <class AnyMatrix>
 const AnyMatrix& finite(const AnyMatrix& A, std::string_view what) {
-  if (!A.allFinite())
-    throw RunError(std::string(what) + " (" + std::to_string(A.rows()) + " x " + std::to_string(A.cols()) + ") is not finite");
+  if (!A.allFinite()) throw RunError(std::string(what) + " (" + shape_of(A.real()) + ") is not finite");
   return A;
 }
 
 constexpr double kUndefined = std::numeric_limits<double>::quiet_NaN();
 Vector undefined(Eigen::Index n) { return Vector::Constant(n, kUndefined); }
-
-template <class AnyMatrix>
-Vector singular_values_of(const AnyMatrix& a) {
-  return a.allFinite() ? Vector(Eigen::JacobiSVD<AnyMatrix>(a).singularValues()) : undefined(std::min(a.rows(), a.cols()));
-}
 
 Eigen::PartialPivLU<Matrix> invertible(const Matrix& A, std::string_view what) {
   Eigen::PartialPivLU<Matrix> factor(finite(A, what));
@@ -74,16 +67,12 @@ Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what) {
   return solver.eigenvalues();
 }
 
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what) {
-  // The other solvers bring entries near the largest number to one themselves.
-  const double scale = finite(a, what).size() == 0 ? 0.0 : a.cwiseAbs().maxCoeff();
-  const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> solver(scale > 0.0 ? Eigen::MatrixXcd(a / scale) : a, false);
-  require_success(solver, what, a.rows());
-  return scale > 0.0 ? Eigen::VectorXcd(scale * solver.eigenvalues()) : solver.eigenvalues();
+double spectral_radius(const Eigen::MatrixXcd& a, std::string_view what) {
+  if (a.size() == 0) return 0.0;
+  Matrix real(2 * a.rows(), 2 * a.cols());
+  real << finite(a, what).real(), -a.imag(), a.imag(), a.real();
+  return eigenvalues(real, what).cwiseAbs().maxCoeff();
 }
-
-Vector singular_values(const Matrix& a) { return singular_values_of(a); }
-Vector singular_values(const Eigen::MatrixXcd& a) { return singular_values_of(a); }
 
 double spectral_norm(const Matrix& a) {
   if (a.size() == 0) return 0.0;

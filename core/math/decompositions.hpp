@@ -25,11 +25,10 @@ struct GeneralEigen {
 };
 GeneralEigen eigen(const Matrix& a, std::string_view what);
 Eigen::VectorXcd eigenvalues(const Matrix& a, std::string_view what);
-Eigen::VectorXcd eigenvalues(const Eigen::MatrixXcd& a, std::string_view what);
+/// The largest modulus among the eigenvalues of a complex one. (Those of the real matrix [Re a, -Im a; Im a, Re a] are the same and their
+/// conjugates; Eigen's complex Schur form would be a second to compile.)
+double spectral_radius(const Eigen::MatrixXcd& a, std::string_view what);
 
-/// Descending.
-Vector singular_values(const Matrix& a);
-Vector singular_values(const Eigen::MatrixXcd& a);
 /// The largest singular value; 0 of a matrix without entries.
 double spectral_norm(const Matrix& a);
 

@@ -106,7 +106,7 @@ void judge_coupling(const TheoryCase& of, Findings& out, const Matrix& A, const 
     double largest = 0.0;
     for (const Complex& lambda : *spectrum) {
       const Eigen::MatrixXcd loop = exact.A.cast<Complex>() - (largest_c * lambda) * (exact.B * K).cast<Complex>();
-      largest = std::max(largest, eigenvalues(loop, "Ad - c lambda Bd K").cwiseAbs().maxCoeff());
+      largest = std::max(largest, spectral_radius(loop, "Ad - c lambda Bd K"));
     }
     return largest;
   };

@@ -106,7 +106,9 @@ double abscissa(const Graph& graph, double c) {
   double largest = -1e300;
   for (const auto& lambda : spectrum) {
     const Eigen::MatrixXcd loop = plant.A.cast<std::complex<double>>() - c * lambda * (plant.B * plant.K).cast<std::complex<double>>();
-    largest = std::max(largest, eigenvalues(loop, "the loop").real().maxCoeff());
+    Matrix real(4, 4);  // its eigenvalues are those of the loop and their conjugates
+    real << loop.real(), -loop.imag(), loop.imag(), loop.real();
+    largest = std::max(largest, eigenvalues(real, "the loop").real().maxCoeff());
   }
   return largest;
 }

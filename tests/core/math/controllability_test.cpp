@@ -6,6 +6,7 @@
 #include "tests/core/math/systems.hpp"
 
 #include <gtest/gtest.h>
+#include <Eigen/SVD>
 
 #include <algorithm>
 
@@ -18,7 +19,7 @@ using namespace cases;
 double distance_from_rank_loss(const Matrix& A, const Matrix& B, std::complex<double> lambda) {
   Eigen::MatrixXcd pencil(A.rows(), A.rows() + B.cols());
   pencil << A - lambda * Matrix::Identity(A.rows(), A.rows()), B;
-  return singular_values(pencil).tail(1)(0);
+  return Eigen::JacobiSVD<Eigen::MatrixXcd>(pencil).singularValues().tail(1)(0);
 }
 
 /// A system in random coordinates whose last `rest` states the inputs do not reach.

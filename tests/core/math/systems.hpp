@@ -49,7 +49,7 @@ inline Matrix lyapunov_by_kronecker(const Matrix& A, const Matrix& Q) {
 
 /// How much the equation above may magnify rounding.
 inline double lyapunov_condition(const Matrix& A) {
-  const Vector values = singular_values(lyapunov_operator(A));
+  const Vector values = Eigen::JacobiSVD<Matrix>(lyapunov_operator(A)).singularValues();
   return values(0) / values(values.size() - 1);
 }
 
