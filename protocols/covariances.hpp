@@ -6,7 +6,8 @@
 
 #include "protocols/adapter.hpp"
 
-#include <cmath>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace consort {
@@ -14,18 +15,30 @@ namespace consort {
 inline constexpr int kLeastExponent = -400;       ///< of a variance or an information that needs no exponent of its own
 inline constexpr double kFarthestExponent = 450;  ///< a deviation 2^450 times another one is infinite beside it
 
+/// On bare numbers, whatever their count: compiled once, not for every protocol and size. Matrices column by column.
 namespace detail {
 
-/// 2^e, 0 far below the range.
-template <class Vec>
-Vec powers(const Vec& e) {
-  return e.unaryExpr([](double value) { return std::ldexp(1.0, static_cast<int>(std::max(value, -3000.0))); });
+template <class Values>
+auto flat(Values& values) {
+  return std::span(values.data(), static_cast<std::size_t>(values.size()));
 }
 
-/// Exponents of D P D + noise: where there is noise, what is left of a tiny P beside it needs none.
-template <class Vec, class Mat>
-Vec exponents_beside(const Vec& e, const Mat& noise) {
-  return (noise.diagonal().array() > 0.0).select(Vec::Zero(e.size()), e);
+/// P becomes D P D with D = diag(2^e_c); 2^e is 0 far below the range.
+void scale(std::span<double> P, std::span<const double> e);
+/// P in the unit 2^e_c is given the exponents that its size asks for.
+void settle_exponents(std::span<double> P, std::span<double> e);
+/// `unit` becomes the smaller of itself and the exponents of D P D + noise: where there is noise, what is left of a tiny P beside it needs
+/// none.
+void lower_to(std::span<double> unit, std::span<const double> e, std::span<const double> noise);
+/// P in the unit 2^e_c is brought to the given unit; what is infinite beside it stays finite.
+void convert(std::span<double> P, std::span<const double> e, std::span<const double> unit);
+/// What one component of x in the unit is, in that of the least sure component: 2^(unit_c - max unit).
+std::vector<double> units_of_x(std::span<const double> unit);
+void divide(std::span<double> x, std::span<const double> by);
+void multiply(std::span<double> x, std::span<const double> by);
+
+inline bool all_zero(std::span<const double> e) {
+  return std::all_of(e.begin(), e.end(), [](double value) { return value == 0.0; });
 }
 
 }  // namespace detail
@@ -33,25 +46,15 @@ Vec exponents_beside(const Vec& e, const Mat& noise) {
 /// Gives P, which is in the unit 2^e_c, the exponents that its size asks for.
 template <class State>
 void settle_exponents(State& s) {
-  const auto wanted = [&s](Eigen::Index c) {
-    const double size = std::ilogb(s.P(c, c)) + 2.0 * s.e[c];
-    return size < kLeastExponent ? std::floor(0.5 * size) : 0.0;
-  };
-  bool settled = true;
-  for (Eigen::Index c = 0; c < s.e.size(); ++c) settled = settled && s.e[c] == wanted(c);
-  if (settled) return;
-  auto e = s.e;
-  for (Eigen::Index c = 0; c < e.size(); ++c) e[c] = wanted(c);
-  const auto scale = detail::powers((s.e - e).eval());
-  s.P = (scale.asDiagonal() * s.P * scale.asDiagonal()).eval();
-  s.e = e;
+  detail::settle_exponents(detail::flat(s.P), detail::flat(s.e));
 }
 
 /// The covariance that the state means (n x n); 0 where double has no number for it.
 template <class State>
 auto covariance_of(const State& s) {
-  const auto scale = detail::powers(s.e);
-  return (scale.asDiagonal() * s.P * scale.asDiagonal()).eval();
+  auto P = s.P;
+  detail::scale(detail::flat(P), detail::flat(s.e));
+  return P;
 }
 
 /// Spec::round(params, state, sense, inbox) with all covariances in one unit per component, that of the surest, in which theirs are near 1
@@ -60,41 +63,36 @@ auto covariance_of(const State& s) {
 template <class Spec>
 typename Spec::State in_one_unit(const typename Spec::Params& p, const typename Spec::State& s, const Sense& sense,
                                  HeardInbox<typename Spec::Message> inbox) {
-  using Vec = typename Spec::Vec;
-  const auto has_none = [](const Vec& e) { return (e.array() == 0.0).all(); };
-  bool in_range = has_none(s.e);
-  for (const auto& heard : inbox) in_range = in_range && has_none(heard.message.e);
-  if (in_range) {
+  using Message = typename Spec::Message;
+  using detail::flat;
+  if (detail::all_zero(flat(s.e)) &&
+      std::all_of(inbox.begin(), inbox.end(), [](const Heard<Message>& heard) { return detail::all_zero(flat(heard.message.e)); })) {
     typename Spec::State next = Spec::round(p, s, sense, inbox);
     settle_exponents(next);
     return next;
   }
-  Vec unit = detail::exponents_beside(s.e, p.Q);
-  if constexpr (requires { p.self_term; })
-    if (p.self_term) unit = unit.cwiseMin(detail::exponents_beside(s.e, p.Omega));
-  for (const auto& heard : inbox) unit = unit.cwiseMin(detail::exponents_beside(heard.message.e, p.Omega));
-
-  const auto convert = [&](auto& P, const Vec& e) {
-    const Vec scale = detail::powers<Vec>((e - unit).cwiseMin(kFarthestExponent));
-    P = (scale.asDiagonal() * P * scale.asDiagonal()).eval();
-  };
-  // Gains take a component's difference to another component, so differences are in the same units.
-  const Vec of_x = detail::powers<Vec>((unit.array() - unit.maxCoeff()).max(-kFarthestExponent).matrix());
-  const Vec none = Vec::Zero(s.e.size());
-  auto params = p;
-  convert(params.Q, none);
-  convert(params.Omega, none);
   auto own = s;
-  convert(own.P, s.e);
-  own.x = s.x.cwiseQuotient(of_x);
-  own.e = unit;
-  std::vector<Heard<typename Spec::Message>> others(inbox.begin(), inbox.end());
+  own.e.setConstant(std::numeric_limits<double>::infinity());
+  const auto unit = flat(own.e);
+  detail::lower_to(unit, flat(s.e), flat(p.Q));
+  if constexpr (requires { p.self_term; })
+    if (p.self_term) detail::lower_to(unit, flat(s.e), flat(p.Omega));
+  for (const auto& heard : inbox) detail::lower_to(unit, flat(heard.message.e), flat(p.Omega));
+
+  // Gains take a component's difference to another component, so differences are in the same units.
+  const std::vector<double> of_x = detail::units_of_x(unit), none(of_x.size(), 0.0);
+  auto params = p;
+  detail::convert(flat(params.Q), none, unit);
+  detail::convert(flat(params.Omega), none, unit);
+  detail::convert(flat(own.P), flat(s.e), unit);
+  detail::divide(flat(own.x), of_x);
+  std::vector<Heard<Message>> others(inbox.begin(), inbox.end());
   for (auto& heard : others) {
-    convert(heard.message.P, Vec(heard.message.e));
-    heard.message.x = heard.message.x.cwiseQuotient(of_x).eval();
+    detail::convert(flat(heard.message.P), flat(heard.message.e), unit);
+    detail::divide(flat(heard.message.x), of_x);
   }
-  typename Spec::State next = Spec::round(params, own, sense, HeardInbox<typename Spec::Message>(others));
-  next.x = next.x.cwiseProduct(of_x).eval();
+  typename Spec::State next = Spec::round(params, own, sense, HeardInbox<Message>(others));
+  detail::multiply(flat(next.x), of_x);
   settle_exponents(next);
   return next;
 }

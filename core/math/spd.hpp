@@ -18,7 +18,8 @@ struct Place {
 /// Throws RunError: names place, matrix, size and condition.
 [[noreturn]] void refuse_matrix(const Place& place, std::string_view matrix, const Matrix& value);
 
-/// Inverts matrices of one size through LLT. Holds its workspace, so a loop over messages allocates nothing, whatever the size.
+/// Inverts matrices of one size through LLT. Holds its workspace, so a loop over messages allocates nothing, whatever the size. Compiled in
+/// spd.cpp for the sizes that protocols are compiled for.
 template <int N>
 class SpdInverse {
  public:
@@ -31,24 +32,15 @@ class SpdInverse {
   /// fool) or below the smallest normal number.
   template <class Derived>
   const Result& operator()(const Eigen::MatrixBase<Derived>& a, std::string_view name) {
-    factor_.compute(a.derived());
-    bool good = factor_.info() == Eigen::Success;
-    for (Eigen::Index i = 0; good && i < a.rows(); ++i) {
-      const double pivot = factor_.matrixLLT()(i, i), entry = a.derived().coeff(i, i);
-      good = pivot * pivot >= kSmallestPivot * entry && entry >= std::numeric_limits<double>::min() &&
-             entry <= std::numeric_limits<double>::max();
-    }
-    if (!good) refuse_matrix(place_, name, a.derived());
-    // a = L L^T, so its inverse is L^-T L^-1; both halves come from one product, hence the exact symmetry.
-    lower_.setIdentity();
-    factor_.matrixL().solveInPlace(lower_);
-    inverse_.noalias() = lower_.transpose() * lower_;
-    inverse_.template triangularView<Eigen::StrictlyUpper>() = inverse_.transpose();
+    lower_ = a.derived();
+    invert(name);
     return inverse_;
   }
 
  private:
-  static constexpr double kSmallestPivot = 1e-14;
+  /// What is in lower_.
+  void invert(std::string_view name);
+
   Place place_;
   Eigen::LLT<Result> factor_;
   Result inverse_, lower_;

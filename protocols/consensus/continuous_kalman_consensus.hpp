@@ -98,11 +98,12 @@ struct ContinuousKalmanConsensus {
     const auto slope = [&](const Moved& at) -> Moved {
       // P_i' = -P_i (sum_j g_ij (P_j + Omega)^-1) P_i + Q                                                                   (1)
       // x_i' = P_i sum_j g_ij (P_j + Omega)^-1 (x_j - x_i)                                                             (2), (3)
-      Moved derivative{at.P * (pull - certainty * at.x), p.Q};
-      if (p.self_term)
-        derivative.P.noalias() -= at.P * (certainty + inverse(at.P + p.Omega, "P_i + Omega")) * at.P;
-      else
-        derivative.P.noalias() -= at.P * certainty * at.P;
+      const Vec force = pull - certainty * at.x;
+      Mat known = certainty;
+      if (p.self_term) known += inverse(at.P + p.Omega, "P_i + Omega");
+      const Mat gain = at.P * known;
+      Moved derivative{at.P * force, p.Q};
+      derivative.P.noalias() -= gain * at.P;
       return derivative;
     };
     Moved moved{Vec::Zero(n), s.P};  // x relative to x_i(k): far from the origin nothing is lost to rounding
