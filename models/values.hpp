@@ -4,6 +4,7 @@
 #include "core/errors.hpp"
 #include "core/values.hpp"
 
+#include <cmath>
 #include <string>
 
 namespace consort {
@@ -25,11 +26,10 @@ inline Vector initial_vector(const Values& initial, std::string_view name, Eigen
 inline Eigen::Index whole_parameter(const Values& given, std::string_view name, Eigen::Index fallback, Eigen::Index low,
                                     Eigen::Index high) {
   const double value = given.scalar(name, static_cast<double>(fallback));
-  const auto whole = static_cast<Eigen::Index>(value);
-  if (static_cast<double>(whole) != value || whole < low || whole > high)
+  if (!(value >= static_cast<double>(low) && value <= static_cast<double>(high) && value == std::floor(value)))
     throw ConfigError("parameter '" + std::string(name) + "': found " + std::to_string(value) + "; allowed: a whole number from " +
                       std::to_string(low) + " to " + std::to_string(high));
-  return whole;
+  return static_cast<Eigen::Index>(value);
 }
 
 }  // namespace consort
