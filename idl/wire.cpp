@@ -29,9 +29,9 @@ using dds::core::policy::Liveliness;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
-/// What a topic is called and how it is typed. Everything is reliable and keep-all: nothing that steers or records a run may be lost, and
-/// the high watermark of dds::configuration keeps writes from blocking. Everything is transient-local too: a reader that is told of a match
-/// before its connection is complete still gets what was written last, and nobody writes twice before the first was answered.
+// What a topic is called and how it is typed. Everything is reliable and keep-all: nothing that steers or records a run may be lost, and
+// the high watermark of dds::configuration keeps writes from blocking. Everything is transient-local too: a reader that is told of a match
+// before its connection is complete still gets what was written last, and nobody writes twice before the first was answered.
 template <class T>
 struct TopicOf;
 template <>
@@ -82,8 +82,8 @@ Qos steering_qos() {
   return qos;
 }
 
-/// Only what another participant sends: a process hands messages to its own agents by direct call. In real time the newest counts:
-/// `senders` share a reader's history, as there are no keys. DDS drops what has outlived its use by far; what is late by less is counted.
+// Only what another participant sends: a process hands messages to its own agents by direct call. In real time the newest counts:
+// `senders` share a reader's history, as there are no keys. DDS drops what has outlived its use by far; what is late by less is counted.
 template <class Qos>
 Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders = 1) {
   constexpr double kLateLifespans = 2.0;
@@ -101,7 +101,7 @@ Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders
   return qos;
 }
 
-/// Of a writer. Beyond `kept` come the greetings before the first round.
+// Of a writer. Beyond `kept` come the greetings before the first round.
 dds::pub::qos::DataWriterQos keeping(Round kept, const std::optional<Delivery>& delivery) {
   constexpr std::size_t kGreetings = 64;
   auto qos = information_qos<dds::pub::qos::DataWriterQos>(delivery);
@@ -109,7 +109,7 @@ dds::pub::qos::DataWriterQos keeping(Round kept, const std::optional<Delivery>& 
   return qos;
 }
 
-/// Counts what DDS tells a reader.
+// Counts what DDS tells a reader.
 struct EventCount {
   std::atomic<std::uint64_t> deadlines_missed{0}, liveliness_lost{0};
 
@@ -127,7 +127,7 @@ struct EventCount {
   }
 };
 
-/// Where a sample of the closed loop goes: a measurement to one process, an actuation to the plant.
+// Where a sample of the closed loop goes: a measurement to one process, an actuation to the plant.
 template <class T>
 struct LoopOf;
 template <>
@@ -145,7 +145,7 @@ struct LoopOf<Actuation> {
   static std::string partition(std::uint32_t) { return "plant"; }
 };
 
-/// Decodes one sample for whoever takes it, if its writer belongs to the run and no bound is broken; else it is counted.
+// Decodes one sample for whoever takes it, if its writer belongs to the run and no bound is broken; else it is counted.
 template <class Wire, class Use>
 void take(Gate& gate, const dds::sub::Sample<Wire>& sample, Use&& use) {
   const Gate::Handle writer = sample.info().publication_handle();
@@ -157,7 +157,7 @@ void take(Gate& gate, const dds::sub::Sample<Wire>& sample, Use&& use) {
   }
 }
 
-/// Everything that is here; `use(value, writer)`.
+// Everything that is here; `use(value, writer)`.
 template <class Wire, class Use>
 void take_all(Gate& gate, dds::sub::DataReader<Wire>& source, Use&& use) {
   for (auto samples = source.take(); samples.length() + samples.invalid() > 0; samples = source.take()) {
@@ -166,7 +166,7 @@ void take_all(Gate& gate, dds::sub::DataReader<Wire>& source, Use&& use) {
   }
 }
 
-/// A reader's doorkeeper hears of every match.
+// A reader's doorkeeper hears of every match.
 auto judge_writers(Gate& gate, std::function<void(std::size_t)> on_matched = {}) {
   return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::SubscriptionMatchedStatus& status) {
     const Gate::Matches matches = gate.matched(status.last_publication_handle(), status.current_count_change());
@@ -174,7 +174,7 @@ auto judge_writers(Gate& gate, std::function<void(std::size_t)> on_matched = {})
   };
 }
 
-/// As judge_writers, of a writer.
+// As judge_writers, of a writer.
 auto judge_readers(Gate& gate, std::function<void(Gate::Matches)> on_matched) {
   return [&gate, on_matched = std::move(on_matched)](auto&, const dds::core::status::PublicationMatchedStatus& status) {
     on_matched(gate.matched(status.last_subscription_handle(), status.current_count_change()));

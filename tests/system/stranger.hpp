@@ -92,7 +92,7 @@ class Stranger {
       layout_.write(encode(Layouts{agent, epoch, {{{"z", 3, 1}}, 0, 0}, {{{"z", 3, 1}}, 0, 0}, start}, arena));
       const MemberReport report{agent, {round, round + 1}, {7.0, 7.0}, {1, 2}, {{1, 2, 3}, {4, 5, 6}}};
       telemetry_.write(encode(Telemetry{id, epoch, true, {report}, {{{AgentId{1}, agent}, 77, 77}}, {}}, arena));
-      Member member;
+      MemberTask member;
       member.agent = agent;
       member.process = id;
       member.initial = start;

@@ -116,7 +116,11 @@ TEST(Record, KeepsProtocolsWithDifferentLayoutsInOneTable) {
     record.begin_run(first, kScalar);
     record.add(first, scalar.at(0));
     record.end_run({first, {}, 0.0});
-    record.begin_run(second, {{}, kVectorWithCovariance});
+    Trace wider;
+    wider.agents = 2;
+    wider.dimension = 6;
+    wider.estimate_layout = kVectorWithCovariance;
+    record.begin_run(second, wider);
     record.add(second, vector.at(3));
     record.end_run({second, {}, 0.0});
   }

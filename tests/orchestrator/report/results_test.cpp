@@ -328,7 +328,11 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
   const Job job{0, 0, Seed{11}};
   {
     Record record(scratch.path() / "record.sqlite", experiment);
-    record.begin_run(job, {{}, {{{"x", 1, 1}}, 0, 0}});
+    Trace outline;
+    outline.agents = 2;
+    outline.dimension = 1;
+    outline.estimate_layout = {{{"x", 1, 1}}, 0, 0};
+    record.begin_run(job, outline);
     const std::vector<double> estimates{0.1, 1.0 / 3.0};
     const std::vector<std::uint64_t> hashes(2);
     const std::vector<AgentCounters> counters(2);

@@ -104,7 +104,7 @@ TEST(Assignments, ThePlantIsToldOfEveryAgentAndWhoHostsIt) {
   EXPECT_EQ(parts[0].task.parts.size(), 200u);
   EXPECT_TRUE(parts[0].steered);
   EXPECT_TRUE(loop.all()[0].plant && loop.all()[0].steers);
-  EXPECT_EQ(loop.assignments.layouts().state.size(), 1u);
+  EXPECT_EQ(loop.assignments.outline().state_layout.size(), 1u);
 }
 
 }  // namespace
