@@ -20,8 +20,7 @@ class GrantedGraphs {
   struct Topology {
     Graph graph;
     std::vector<std::vector<std::uint32_t>> local_listeners;  ///< by member
-    std::vector<std::vector<AgentId>> remote_listeners;       ///< by member: who hears it in other processes, ascending
-    std::vector<bool> unanswered;                             ///< by member: somebody elsewhere whom it hears does not hear it
+    std::vector<bool> heard_elsewhere;                        ///< by member: somebody in another process hears it
   };
   struct Segment {
     Round first = 0;

@@ -158,15 +158,12 @@ TEST_F(Trust, ACopiedBadgeIsWorthNothing) {
 TEST_F(Trust, AReaderWithoutTheKeyIsNotCountedAmongThoseWhoListen) {
   std::atomic<std::size_t> listeners{0};
   const Participant keyed(here.participant, kKey);
-  const Delivery acknowledged{true, 1, 100.0, 100.0, 100.0};
   InformationWriter writer(
-      keyed, AgentId{1}, [&](std::size_t n) { listeners = n; }, acknowledged);
+      keyed, AgentId{1}, [&](std::size_t n) { listeners = n; }, 100);
   const std::vector<AgentId> senders{AgentId{1}};
-  const InformationReader stranger(
-      Participant(there.participant, RunKey()), senders, [](InformationReader::Burst&) {}, acknowledged);
+  const InformationReader stranger(Participant(there.participant, RunKey()), senders, [](InformationReader::Burst&) {});
   Side elsewhere(3);
-  const InformationReader member(
-      Participant(elsewhere.participant, kKey), senders, [](InformationReader::Burst&) {}, acknowledged);
+  const InformationReader member(Participant(elsewhere.participant, kKey), senders, [](InformationReader::Burst&) {});
   EXPECT_TRUE(comes_true([&] { return listeners == 1; }));
   writer.write(1, 0, {});
   EXPECT_TRUE(writer.wait_for_acknowledgments(30)) << "the stranger too is matched and acknowledges";
