@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace consort {
 
@@ -35,7 +36,9 @@ void Node::on_assignment(Assignment&& part) {
 }
 
 void Node::run_rounds() {
+  const std::uint64_t before = rounds_->finished();
   rounds_->advance();
+  if (rounds_->finished() != before) has_gone_on();
   if (rounds_->report_due()) wake_.notify_one();
 }
 
@@ -94,6 +97,14 @@ void Node::on_measurement(const Measurement& measurement) {
   });
 }
 
+void Node::on_standing(const Standing& standing) {
+  guarded([&] {
+    if (!rounds_ || standing.epoch != epoch_) return;  // also when it has finished: who asks has not
+    rounds_->answer(standing);
+    if (current(*epoch_)) run_rounds();
+  });
+}
+
 void Node::depart(std::span<const AgentId> agents) {
   meeting_.departed(agents);
   wake_.notify_one();
@@ -102,7 +113,10 @@ void Node::depart(std::span<const AgentId> agents) {
   rounds_->advance();
 }
 
-void Node::come_back(std::span<const AgentId> agents, Round round) { meeting_.comes_back(agents, round); }
+void Node::come_back(std::span<const AgentId> agents, Round round) {
+  meeting_.comes_back(agents, round);
+  if (rounds_) rounds_->come_back(agents, round);
+}
 
 void Node::on_announcement(Layouts&& layouts) {
   guarded([&] {
@@ -125,12 +139,16 @@ void Node::learn(const Layouts& layouts) {
 bool Node::do_more(Lock& lock) {
   if (!to_pass_on_.empty()) pass_on(lock);
   if (!over()) return true;
+  last_words_ = true;
+  send_last_report(lock);
+  if (!may_leave()) return true;
   leave(lock);
   return false;
 }
 
 void Node::begin_run(Lock& lock) {
   collect_members();
+  last_words_ = false;
   const Assignment& run = assignment();
   delivery_ = run.realtime ? std::optional(run.delivery) : std::nullopt;
   rounds_ = rounds_of(
@@ -140,10 +158,18 @@ void Node::begin_run(Lock& lock) {
       },
       [this](Round round, std::span<const double> controls) {
         actuations_->write({*epoch_, process_, round, controls});
+      },
+      [this](Standing&& standing) {
+        if (!standing.gaps.empty()) has_asked();
+        standing.epoch = *epoch_;
+        standing.process = process_;
+        for (wire::StandingWriter& writer : standings_) writer.write(standing);
       });
   spdlog::info("epoch {}: {} with {}, seed {}", *epoch_, run.protocol, counted(run.agents, "agent"), run.seed.value);
-  open_information(lock, meeting_.begin(run, members_));
+  const std::vector<AgentId> senders = meeting_.begin(run, members_);
+  open_information(lock, senders);
   open_loop(lock);
+  open_standings(lock, senders);
   open_announcements(lock);
   // Whoever joins a run that is under way may hear how it stands before it is ready to.
   if (lost_early_ && lost_early_->epoch == epoch_) depart(lost_early_->agents);

@@ -30,6 +30,7 @@ class Node final : public RunMember {
   void on_assignment(Assignment&& part);
   void on_information(wire::InformationReader::Burst& burst);
   void on_measurement(const Measurement& measurement);
+  void on_standing(const Standing& standing);
   void on_announcement(Layouts&& layouts);
   void grant(const Grant& grant) override;
   void beat(std::size_t phase, Round k) override;
@@ -41,6 +42,7 @@ class Node final : public RunMember {
   void collect_members();
   void open_information(Lock& lock, const std::vector<AgentId>& senders);
   void open_loop(Lock& lock);
+  void open_standings(Lock& lock, const std::vector<AgentId>& senders);
   void open_announcements(Lock& lock);
   void write_layouts(Lock& lock);
   void pass_on(Lock& lock);
@@ -55,16 +57,23 @@ class Node final : public RunMember {
   [[nodiscard]] bool greeting_needed() const override;
   void greet() override;
   void describe(wire::Presence& presence) const override;
-  [[nodiscard]] bool more_to_do() const override { return !to_pass_on_.empty() || over(); }
+  bool ask() override { return rounds_ && rounds_->ask(); }
+  [[nodiscard]] std::uint64_t progress() const override { return rounds_ ? rounds_->finished() : 0; }
+  [[nodiscard]] bool more_to_do() const override { return !to_pass_on_.empty() || (over() && (!last_words_ || may_leave())); }
   bool do_more(Lock& lock) override;
   [[nodiscard]] wire::ReaderEvents reader_events() const override;
   [[nodiscard]] std::uint64_t sent_again_bytes() const override;
   [[nodiscard]] std::uint64_t missed_inputs() const override { return rounds_->missed_inputs(); }
 
+  [[nodiscard]] bool may_leave() const { return delivery_ || everybody_reached(rounds_->hosted().last()); }
   [[nodiscard]] bool over() const { return rounds_ && epoch_ && current(*epoch_) && rounds_->hosted().over(); }
   [[nodiscard]] const Assignment& assignment() const { return parts_.begin()->second; }
   void run_rounds();
   void learn(const Layouts& layouts);
+  /// These, heard for the first time, are all whom anybody here may ever hear, and nobody is left out.
+  [[nodiscard]] bool hears_everybody(const std::vector<AgentId>& senders) const {
+    return meeting_.heard() == senders && senders.size() + agents_.size() == assignment().agents;
+  }
 
   const NodeOptions options_;
 
@@ -75,6 +84,7 @@ class Node final : public RunMember {
   AgentsMeeting meeting_;
   std::map<AgentId, Layouts> announced_;  // of the newest epoch heard of
   std::vector<AgentId> to_pass_on_;       // those of them that our readers have not been told
+  bool last_words_ = false;               // all members have left, and that has been reported
 
   wire::Writer<Layouts> layouts_;
   std::map<AgentId, wire::InformationWriter> information_;
@@ -84,6 +94,9 @@ class Node final : public RunMember {
   std::vector<wire::AnnouncementReader> announcement_readers_;
   std::optional<wire::MeasurementReader> measurements_;
   std::optional<wire::ActuationWriter> actuations_;
+  std::vector<wire::StandingWriter> standings_;
+  std::vector<wire::StandingReader> standing_readers_;
+  bool asks_plant_ = false, answers_plant_ = false;
   wire::Reader<Assignment> assignments_;
 };
 

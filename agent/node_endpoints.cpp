@@ -14,9 +14,7 @@ void Node::open_information(Lock& lock, const std::vector<AgentId>& senders) {
   for (const MemberTask& member : members_)
     if (member.remote_readers + member.late_readers.size() > 0 && !information_.contains(member.agent))
       heard_elsewhere.push_back(member.agent);
-  const Assignment& run = assignment();
-  const Round window = run.window;
-  const bool everybody = meeting_.heard() == senders && senders.size() + agents_.size() == run.agents;
+  const bool everybody = hears_everybody(senders);
   outlet_.assign(members_.size(), nullptr);
   lock.unlock();  // creating endpoints calls back
   std::map<AgentId, wire::InformationWriter> created;
@@ -27,7 +25,7 @@ void Node::open_information(Lock& lock, const std::vector<AgentId>& senders) {
         greet_anew();
       });
     };
-    created.emplace(agent, wire::InformationWriter(participant_, agent, on_matched, window, delivery_));
+    created.emplace(agent, wire::InformationWriter(participant_, agent, on_matched, delivery_));
   }
   std::optional<wire::InformationReader> listening;
   if (!senders.empty())
@@ -48,7 +46,6 @@ void Node::open_loop(Lock& lock) {
   const Assignment& run = assignment();
   if (!run.plant) return;
   const bool steers = run.steers;
-  const Round window = run.window;
   lock.unlock();  // creating endpoints calls back
   if (!measurements_)
     measurements_.emplace(
@@ -61,10 +58,30 @@ void Node::open_loop(Lock& lock) {
         greet_anew();
       });
     };
-    created.emplace(participant_, process_, on_matched, window, delivery_);
+    created.emplace(participant_, process_, on_matched, delivery_);
   }
   lock.lock();
   if (created) actuations_.emplace(std::move(*created));
+}
+
+// Where what is lost is asked for: tells those that earlier runs did not hear, and is told by those that hear us.
+void Node::open_standings(Lock& lock, const std::vector<AgentId>& senders) {
+  if (delivery_) return;
+  const Assignment& run = assignment();
+  wire::Senders whom, we;
+  whom.every_agent = hears_everybody(senders);
+  if (!whom.every_agent) whom.agents = senders;
+  whom.plant = run.plant && !std::exchange(asks_plant_, asks_plant_ || run.plant);
+  if (standing_readers_.empty()) we.agents = agents_;
+  if (run.steers && !std::exchange(answers_plant_, true)) we.processes = {process_};
+  lock.unlock();  // creating endpoints calls back
+  std::optional<wire::StandingWriter> telling;
+  if (!senders.empty() || whom.plant) telling.emplace(participant_, whom);
+  std::optional<wire::StandingReader> told;
+  if (!we.agents.empty() || !we.processes.empty()) told.emplace(participant_, we, [this](Standing&& standing) { on_standing(standing); });
+  lock.lock();
+  if (telling) standings_.push_back(std::move(*telling));
+  if (told) standing_readers_.push_back(std::move(*told));
 }
 
 // Where agents announce themselves: creates the endpoints for it, once, and takes up what has been heard ahead of this run.
@@ -97,10 +114,11 @@ wire::ReaderEvents Node::reader_events() const {
 std::uint64_t Node::sent_again_bytes() const {
   std::uint64_t bytes = layouts_.sent_again_bytes();
   for (const auto& [agent, writer] : information_) bytes += writer.sent_again_bytes();
+  if (rounds_) bytes += rounds_->sent_again_bytes();
   return actuations_ ? bytes + actuations_->sent_again_bytes() : bytes;
 }
 
-// All agents here have left the run: says the last word, and sees that it arrives.
+// All agents here have left the run, that has been said, and nobody can lack a message of theirs: sees that the last word arrives.
 void Node::leave(Lock& lock) {
   // s; who died without a word still counts as a reader, and acknowledges nothing
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(options_.lossy ? 10 : 1);
@@ -108,12 +126,13 @@ void Node::leave(Lock& lock) {
     const std::chrono::duration<double> left = end - std::chrono::steady_clock::now();
     writer.wait_for_acknowledgments(std::max(left.count(), 0.0));
   };
-  send_reports(lock, true);
   lock.unlock();
   let_arrive(telemetry_);  // first, as whoever reads it is alive
-  for (auto& [agent, writer] : information_) let_arrive(writer);
   if (announcements_) let_arrive(*announcements_);
-  if (actuations_) let_arrive(*actuations_);
+  if (delivery_ && delivery_->reliable) {
+    for (auto& [agent, writer] : information_) let_arrive(writer);
+    if (actuations_) let_arrive(*actuations_);
+  }
   lock.lock();
 }
 

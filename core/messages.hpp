@@ -7,6 +7,7 @@
 #include "core/plant_task.hpp"
 #include "core/trace.hpp"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <span>
@@ -38,7 +39,16 @@ constexpr Round kLargestHalfWindow = 512;
 /// Nobody is ever granted more rounds beyond the slowest agent: so much is kept for later by who is ahead and by who hears of it.
 constexpr Round largest_window(Round report_interval) { return 2 * std::max(kLargestHalfWindow, report_interval) + report_interval; }
 
-/// How samples are delivered in real time. In lockstep they are reliable, and all are kept.
+/// How many rounds a sender may begin beyond those who hear it, where each of them hears at most `senders` in other processes, in messages
+/// of `numbers`: what waits for a process that is not looking fits into the buffer that Linux gives its socket unasked.
+constexpr Round rounds_ahead(std::size_t senders, std::size_t numbers) {
+  constexpr double kBuffer = 2.0e5;                                                 // bytes, half of net.core.rmem_default as it comes
+  const double packet = 512.0 + 2.0 * (80.0 + 8.0 * static_cast<double>(numbers));  // what the kernel counts for it
+  const double fit = kBuffer / (packet * static_cast<double>(std::max<std::size_t>(senders, 1)));
+  return static_cast<Round>(std::clamp(fit, 2.0, static_cast<double>(kLargestHalfWindow)));
+}
+
+/// How samples are delivered in real time. In lockstep what is lost is asked for again (Standing).
 struct Delivery {
   bool reliable = false;
   std::uint32_t history = 1;
@@ -54,6 +64,7 @@ struct Assignment {
   std::uint32_t agents = 0;
   Seconds dt = 1.0;
   Round rounds = 0, report_interval = 1, window = 1;
+  Round ahead = kLargestHalfWindow;  ///< lockstep: nobody begins more rounds than this beyond those who hear it
   Values parameters;
   LinkSpec standard_link;
   std::vector<LinkModel::Change> link_changes;  ///< of that one, ascending
@@ -74,6 +85,7 @@ struct Assignment {
 struct PlantAssignment {
   std::uint32_t part = 0, parts = 1, epoch = 0;
   Round rounds = 0, report_interval = 1;
+  Round ahead = kLargestHalfWindow;  ///< as that of an Assignment
   bool steered = false;
   bool realtime = false;
   Delivery delivery;
@@ -95,6 +107,7 @@ struct Grant {
   std::vector<GrantedSegment> segments;
   std::uint64_t start_ns = 0;  ///< realtime: wall clock of round 0; the segments are then all that hold from the current round on
   bool whole = false;          ///< the report at report_at says how each agent stands, and its links
+  Round reached = 0;           ///< lockstep: everybody who is there has come as far: no message of a round before it is lacking
 };
 
 /// A view: `values` is valid during the call it is handed to.
@@ -103,6 +116,20 @@ struct Information {
   AgentId sender;
   Round round = 0;
   std::span<const double> values;
+};
+
+/// Lockstep: one process tells those it hears how far it has come, and what has not come to it. Any of them may be lost, or come twice.
+struct Standing {
+  /// Messages of these rounds from that agent; from the plant if it is nobody; from the agents of that process if the plant asks.
+  struct Gap {
+    AgentId sender;
+    Round first = 0, rounds = 1;
+    std::uint32_t asked = 0;  ///< so often before: who has sent again more often has answered already
+  };
+  std::uint32_t epoch = 0, process = 0;  ///< process 0: the plant
+  Round slowest = 0;                     ///< round of its slowest agent
+  std::map<AgentId, Round> readers;      ///< of its agents: the round that each has come to
+  std::vector<Gap> gaps;
 };
 
 struct Layouts {

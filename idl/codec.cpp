@@ -28,6 +28,7 @@ void copy_job(auto& to, const auto& from) {
   to.epoch = from.epoch;
   to.rounds = from.rounds;
   to.report_interval = from.report_interval;
+  to.ahead = from.ahead;
   to.realtime = from.realtime;
 }
 
@@ -512,6 +513,7 @@ Assignment decode(const consort_wire_Assignment& in) {
   require(in.agents >= 1 && in.agents <= kMaxAgents, "agents");
   require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
   require(in.report_interval >= 1 && in.window >= 1, "report_interval");
+  require(in.ahead >= 1, "ahead");
   require(in.recorded <= 2, "recorded");
   require(in.largest_state <= kMaxValues, "largest_state");
   require(in.largest_control <= kMaxValues, "largest_control");
@@ -558,6 +560,7 @@ PlantAssignment decode(const consort_wire_PlantAssignment& in) {
   require(in.parts >= 1 && in.parts <= kMaxParts && in.part < in.parts, "part");
   require(in.dt > 0.0 && std::isfinite(in.dt), "dt");
   require(in.report_interval >= 1, "report_interval");
+  require(in.ahead >= 1, "ahead");
   copy_job(out, in);
   out.steered = in.steered;
   out.delivery = delivery(in.delivery);
@@ -580,12 +583,13 @@ consort_wire_Grant encode(const Grant& in, Arena& arena) {
   out.report_at = in.report_at;
   out.start_ns = in.start_ns;
   out.whole = in.whole;
+  out.reached = in.reached;
   out.segments = convert_all<decltype(out.segments)>(in.segments, arena, [&](const GrantedSegment& part) { return segment(part, arena); });
   return out;
 }
 
 Grant decode(const consort_wire_Grant& in) {
-  Grant out{in.epoch, in.until, in.report_at, {}, in.start_ns, in.whole};
+  Grant out{in.epoch, in.until, in.report_at, {}, in.start_ns, in.whole, in.reached};
   require(in.report_at <= in.until, "report_at");
   for (const auto& part : view(in.segments)) {
     out.segments.push_back(segment(part));
@@ -723,6 +727,34 @@ Actuation decode(const consort_wire_Actuation& in) {
   const auto values = view(in.values);
   require(values.size() <= kMaxValues && all_finite(values), "values");
   return {in.epoch, agent_id(in.process, "process").value, in.round, values};
+}
+
+consort_wire_Standing encode(const Standing& in, Arena& arena) {
+  consort_wire_Standing out{};
+  out.epoch = in.epoch;
+  out.process = in.process;
+  out.slowest = in.slowest;
+  out.readers = convert_all<decltype(out.readers)>(in.readers, arena, [](const auto& reader) { return reader.first.value; });
+  out.rounds = convert_all<decltype(out.rounds)>(in.readers, arena, [](const auto& reader) { return reader.second; });
+  out.gaps = convert_all<decltype(out.gaps)>(in.gaps, arena, [](const Standing::Gap& gap) {
+    return consort_wire_Gap{gap.sender.value, gap.first, gap.rounds, gap.asked};
+  });
+  return out;
+}
+
+Standing decode(const consort_wire_Standing& in) {
+  require(in.process <= kMaxAgents, "process");
+  Standing out{in.epoch, in.process, in.slowest, {}, {}};
+  const std::vector<AgentId> readers = agent_ids(in.readers, "readers");
+  const auto rounds = view(in.rounds);
+  require(rounds.size() == readers.size(), "rounds");
+  for (std::size_t i = 0; i < readers.size(); ++i) out.readers.emplace(readers[i], rounds[i]);
+  for (const auto& gap : view(in.gaps)) {
+    require(gap.sender <= kMaxAgents, "gaps.sender");
+    require(gap.rounds >= 1, "gaps.rounds");
+    out.gaps.push_back({AgentId{gap.sender}, gap.first, gap.rounds, gap.asked});
+  }
+  return out;
 }
 
 }  // namespace consort::wire

@@ -28,6 +28,7 @@ consort_wire_Telemetry encode(const Telemetry&, Arena&);
 consort_wire_Information encode(const Information&);
 consort_wire_Measurement encode(const Measurement&);
 consort_wire_Actuation encode(const Actuation&);
+consort_wire_Standing encode(const Standing&, Arena&);
 
 Assignment decode(const consort_wire_Assignment&);
 PlantAssignment decode(const consort_wire_PlantAssignment&);
@@ -39,5 +40,6 @@ Telemetry decode(const consort_wire_Telemetry&);
 Information decode(const consort_wire_Information&);  ///< views of the sample's memory
 Measurement decode(const consort_wire_Measurement&);
 Actuation decode(const consort_wire_Actuation&);
+Standing decode(const consort_wire_Standing&);
 
 }  // namespace consort::wire

@@ -14,6 +14,7 @@ DDS_TOPIC_TYPE(consort_wire_Actuation);
 DDS_TOPIC_TYPE(consort_wire_Layout);
 DDS_TOPIC_TYPE(consort_wire_Presence);
 DDS_TOPIC_TYPE(consort_wire_Telemetry);
+DDS_TOPIC_TYPE(consort_wire_Standing);
 
 namespace consort::wire {
 namespace {
@@ -29,8 +30,8 @@ using dds::core::policy::Liveliness;
 using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
-// What a topic is called and how it is typed. Everything is reliable and keep-all: nothing that steers or records a run may be lost, and
-// the high watermark of dds::configuration keeps writes from blocking. Everything is transient-local too: a reader that is told of a match
+// What a topic is called and how it is typed. All of these are reliable and keep-all: nothing that steers or records a run may be lost,
+// and the high watermark of dds::configuration keeps writes from blocking. All are transient-local too: a reader that is told of a match
 // before its connection is complete still gets what was written last, and nobody writes twice before the first was answered.
 template <class T>
 struct TopicOf;
@@ -82,7 +83,8 @@ Qos steering_qos() {
   return qos;
 }
 
-// Only what another participant sends: a process hands messages to its own agents by direct call. In real time the newest counts:
+// Only what another participant sends: a process hands messages to its own agents by direct call. In lockstep a reader keeps all until
+// it is taken, and what is lost is asked for again: acknowledgements and heartbeats would cost a tenth. In real time the newest counts:
 // `senders` share a reader's history, as there are no keys. DDS drops what has outlived its use by far; what is late by less is counted.
 template <class Qos>
 Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders = 1) {
@@ -90,7 +92,8 @@ Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders
   Qos qos;
   qos << IgnoreLocal::Participant();
   if (!delivery) {
-    qos << Reliability::Reliable(kWriteLimit) << History::KeepAll();
+    qos << Reliability::BestEffort();
+    if constexpr (std::is_same_v<Qos, dds::sub::qos::DataReaderQos>) qos << History::KeepAll();
     return qos;
   }
   qos << (delivery->reliable ? Reliability::Reliable(kWriteLimit) : Reliability::BestEffort())
@@ -98,14 +101,6 @@ Qos information_qos(const std::optional<Delivery>& delivery, std::size_t senders
       << Deadline{Duration::from_secs(delivery->deadline)} << Liveliness::Automatic(Duration::from_secs(delivery->liveliness_lease));
   if constexpr (std::is_same_v<Qos, dds::pub::qos::DataWriterQos>)
     qos << Lifespan{Duration::from_secs(kLateLifespans * delivery->lifespan)};
-  return qos;
-}
-
-// Of a writer. Beyond `kept` come the greetings before the first round.
-dds::pub::qos::DataWriterQos keeping(Round kept, const std::optional<Delivery>& delivery) {
-  constexpr std::size_t kGreetings = 64;
-  auto qos = information_qos<dds::pub::qos::DataWriterQos>(delivery);
-  if (!delivery && kept + kGreetings <= kMostKept) qos << History::KeepLast(static_cast<std::int32_t>(kept + kGreetings));
   return qos;
 }
 
@@ -358,12 +353,12 @@ AnnouncementReader::AnnouncementReader(AnnouncementReader&&) noexcept = default;
 
 struct InformationWriter::Impl {
   using Wire = consort_wire_Information;
-  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched, Round kept,
-       const std::optional<Delivery>& delivery)
+  Impl(const Participant& participant, AgentId sender, std::function<void(std::size_t)> on_matched, const std::optional<Delivery>& delivery)
       : agent(sender),
         gate(participant, kInformationTopic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(partition_of(sender))),
-               dds::topic::Topic<Wire>(participant, kInformationTopic), keeping(kept, delivery) << participant.badge(kInformationTopic),
+               dds::topic::Topic<Wire>(participant, kInformationTopic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(kInformationTopic),
                {.on_publication_matched =
                     judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.ever); })}) {}
   AgentId agent;
@@ -371,9 +366,9 @@ struct InformationWriter::Impl {
   dds::pub::DataWriter<Wire> writer;
 };
 
-InformationWriter::InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched, Round kept,
+InformationWriter::InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
                                      const std::optional<Delivery>& delivery)
-    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), kept, delivery)) {}
+    : impl_(std::make_unique<Impl>(participant, agent, std::move(on_matched), delivery)) {}
 InformationWriter::~InformationWriter() = default;
 InformationWriter::InformationWriter(InformationWriter&&) noexcept = default;
 
@@ -464,11 +459,12 @@ ReaderEvents InformationReader::events() const { return impl_->events.now(); }
 template <class T>
 struct LoopWriter<T>::Impl {
   using Wire = typename LoopOf<T>::Wire;
-  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
+  Impl(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
        const std::optional<Delivery>& delivery)
       : gate(participant, LoopOf<T>::topic, Gate::Kind::readers),
         writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << Partition(LoopOf<T>::partition(process))),
-               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic), keeping(kept, delivery) << participant.badge(LoopOf<T>::topic),
+               dds::topic::Topic<Wire>(participant, LoopOf<T>::topic),
+               information_qos<dds::pub::qos::DataWriterQos>(delivery) << participant.badge(LoopOf<T>::topic),
                {.on_publication_matched =
                     judge_readers(gate, [on_matched = std::move(on_matched)](Gate::Matches matches) { on_matched(matches.now); })}) {}
   Gate gate;
@@ -476,9 +472,9 @@ struct LoopWriter<T>::Impl {
 };
 
 template <class T>
-LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
+LoopWriter<T>::LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
                           const std::optional<Delivery>& delivery)
-    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), kept, delivery)) {}
+    : impl_(std::make_unique<Impl>(participant, process, std::move(on_matched), delivery)) {}
 template <class T>
 LoopWriter<T>::~LoopWriter() = default;
 template <class T>
@@ -541,5 +537,67 @@ template class LoopWriter<Measurement>;
 template class LoopWriter<Actuation>;
 template class LoopReader<Measurement>;
 template class LoopReader<Actuation>;
+
+// --- what is lacking --------------------------------------------------------------------------------------------------
+
+namespace {
+
+constexpr const char* kStandingTopic = "consort_standing";
+
+Partition partitions_of(const Senders& senders) {
+  std::vector<std::string> names;
+  if (senders.every_agent) names.emplace_back("agent*");
+  for (const AgentId agent : senders.agents) names.push_back(partition_of(agent));
+  for (const std::uint32_t process : senders.processes) names.push_back(LoopOf<Measurement>::partition(process));
+  if (senders.plant) names.push_back(LoopOf<Actuation>::partition(0));
+  return Partition(names);
+}
+
+}  // namespace
+
+struct StandingWriter::Impl {
+  using Wire = consort_wire_Standing;
+  Impl(const Participant& participant, const Senders& senders)
+      : writer(dds::pub::Publisher(participant, dds::pub::qos::PublisherQos() << partitions_of(senders)),
+               dds::topic::Topic<Wire>(participant, kStandingTopic),
+               information_qos<dds::pub::qos::DataWriterQos>(std::nullopt) << participant.badge(kStandingTopic)) {}
+  dds::pub::DataWriter<Wire> writer;
+};
+
+StandingWriter::StandingWriter(const Participant& participant, const Senders& senders)
+    : impl_(std::make_unique<Impl>(participant, senders)) {}
+StandingWriter::~StandingWriter() = default;
+StandingWriter::StandingWriter(StandingWriter&&) noexcept = default;
+void StandingWriter::write(const Standing& value) {
+  Arena arena;
+  impl_->writer.write(encode(value, arena));
+}
+
+struct StandingReader::Impl {
+  using Wire = consort_wire_Standing;
+  Impl(const Participant& participant, const Senders& senders, std::function<void(Standing&&)> on_data)
+      : gate(participant, kStandingTopic, Gate::Kind::writers),
+        reader(dds::sub::Subscriber(participant, dds::sub::qos::SubscriberQos() << partitions_of(senders)),
+               dds::topic::Topic<Wire>(participant, kStandingTopic),
+               information_qos<dds::sub::qos::DataReaderQos>(std::nullopt) << participant.badge(kStandingTopic),
+               listener(std::move(on_data))) {}
+
+  dds::sub::DataReaderListener<Wire> listener(std::function<void(Standing&&)> on_data) {
+    dds::sub::DataReaderListener<Wire> result;
+    result.on_data_available = [this, on_data = std::move(on_data)](dds::sub::DataReader<Wire>& source) {
+      take_all(gate, source, [&](auto&& value, Gate::Handle) { on_data(std::forward<decltype(value)>(value)); });
+    };
+    result.on_subscription_matched = judge_writers(gate);
+    return result;
+  }
+
+  Gate gate;
+  dds::sub::DataReader<Wire> reader;
+};
+
+StandingReader::StandingReader(const Participant& participant, const Senders& senders, std::function<void(Standing&&)> on_data)
+    : impl_(std::make_unique<Impl>(participant, senders, std::move(on_data))) {}
+StandingReader::~StandingReader() = default;
+StandingReader::StandingReader(StandingReader&&) noexcept = default;
 
 }  // namespace consort::wire

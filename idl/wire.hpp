@@ -137,11 +137,10 @@ class AnnouncementReader {
 
 /// One agent's Information, in that agent's partition. `on_matched(n)`: n readers (processes of the run) have been matched so far; those
 /// that have left count.
-/// `delivery`: in real time; else reliable, and the newest `kept` messages are kept for readers that miss some: a reader that is alive
-/// needs no more than a window of them, and one that died without a word would need them for ever.
+/// `delivery`: in real time; else best effort, and whoever lacks something says so (StandingWriter).
 class InformationWriter {
  public:
-  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched, Round kept,
+  InformationWriter(const Participant& participant, AgentId agent, std::function<void(std::size_t)> on_matched,
                     const std::optional<Delivery>& delivery = {});
   ~InformationWriter();
   InformationWriter(InformationWriter&&) noexcept;
@@ -199,8 +198,8 @@ class InformationReader {
 template <class T>
 class LoopWriter {
  public:
-  /// Measurement: to the process of that name alone. Actuation: to the plant. `kept`, `delivery`: as those of an InformationWriter.
-  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched, Round kept,
+  /// Measurement: to the process of that name alone. Actuation: to the plant. `delivery`: as that of an InformationWriter.
+  LoopWriter(const Participant& participant, std::uint32_t process, std::function<void(std::size_t)> on_matched,
              const std::optional<Delivery>& delivery = {});
   ~LoopWriter();
   LoopWriter(LoopWriter&&) noexcept;
@@ -233,5 +232,38 @@ using MeasurementWriter = LoopWriter<Measurement>;
 using MeasurementReader = LoopReader<Measurement>;
 using ActuationWriter = LoopWriter<Actuation>;
 using ActuationReader = LoopReader<Actuation>;
+
+/// Whom a Standing concerns: who sends what somebody may lack.
+struct Senders {
+  std::vector<AgentId> agents = {};           ///< their messages
+  bool every_agent = false;                   ///< of whatever agent
+  bool plant = false;                         ///< its measurements
+  std::vector<std::uint32_t> processes = {};  ///< what their agents do
+};
+
+/// Tells these senders what they have not been heard to say. Best effort: who lacks something asks again.
+class StandingWriter {
+ public:
+  StandingWriter(const Participant& participant, const Senders& senders);
+  ~StandingWriter();
+  StandingWriter(StandingWriter&&) noexcept;
+  void write(const Standing& value);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// What these senders are told. `on_data` runs on a receive thread; it must not block.
+class StandingReader {
+ public:
+  StandingReader(const Participant& participant, const Senders& senders, std::function<void(Standing&&)> on_data);
+  ~StandingReader();
+  StandingReader(StandingReader&&) noexcept;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 }  // namespace consort::wire

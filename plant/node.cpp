@@ -25,7 +25,9 @@ void PlantNode::on_assignment(PlantAssignment&& part) {
 }
 
 void PlantNode::run_rounds() {
+  const Round before = rounds_->round();
   rounds_->advance();
+  if (rounds_->round() != before) has_gone_on();
   if (rounds_->report_due()) wake_.notify_one();
 }
 
@@ -51,6 +53,14 @@ void PlantNode::on_actuation(const Actuation& actuation) {
   });
 }
 
+void PlantNode::on_standing(const Standing& standing) {
+  guarded([&] {
+    if (!rounds_ || standing.epoch != epoch_) return;  // also when it has finished: who asks has not
+    rounds_->answer(standing);
+    if (current(*epoch_)) run_rounds();
+  });
+}
+
 void PlantNode::depart(std::span<const AgentId> agents) {
   if (!rounds_) return;
   rounds_->depart(agents);
@@ -72,16 +82,23 @@ void PlantNode::begin_run(Lock& lock) {
   delivery_ = run.realtime ? std::optional(run.delivery) : std::nullopt;
   dt_ = run.task.dt;
   last_round_ = run.rounds;
-  rounds_ = std::make_unique<PlantRounds>(run, [this](std::uint32_t process, Round round, std::span<const double> values) {
-    measurements_.at(process).write({*epoch_, round, values});
-  });
+  rounds_ = std::make_unique<PlantRounds>(
+      run,
+      [this](std::uint32_t process, Round round, std::span<const double> values) {
+        measurements_.at(process).write({*epoch_, round, values});
+      },
+      [this](Standing&& standing) {
+        has_asked();
+        standing.epoch = *epoch_;
+        standings_->write(standing);
+      });
   meeting_.begin(rounds_->processes(), run.steered);
   spdlog::info("epoch {}: {} with {}, seed {}", *epoch_, run.task.model, counted(run.agents.size(), "agent"), run.task.seed.value);
-  open_loop(lock, largest_window(run.report_interval));
+  open_loop(lock);
 }
 
 // Creates the ends of the closed loop that earlier runs of the session did not.
-void PlantNode::open_loop(Lock& lock, Round window) {
+void PlantNode::open_loop(Lock& lock) {
   const std::vector<std::uint32_t> processes = rounds_->processes();
   lock.unlock();  // creating endpoints calls back
   if (!actuations_)
@@ -96,7 +113,11 @@ void PlantNode::open_loop(Lock& lock, Round window) {
         greet_anew();
       });
     };
-    created.emplace(process, wire::MeasurementWriter(participant_, process, on_matched, window, delivery_));
+    created.emplace(process, wire::MeasurementWriter(participant_, process, on_matched, delivery_));
+  }
+  if (!delivery_ && !standings_) {
+    standings_.emplace(participant_, wire::Senders{.processes = processes});
+    standing_reader_.emplace(participant_, wire::Senders{.plant = true}, [this](Standing&& standing) { on_standing(standing); });
   }
   lock.lock();
   measurements_.merge(created);
@@ -129,7 +150,7 @@ void PlantNode::describe(wire::Presence& presence) const {
 wire::ReaderEvents PlantNode::reader_events() const { return actuations_ ? actuations_->events() : wire::ReaderEvents{}; }
 
 std::uint64_t PlantNode::sent_again_bytes() const {
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = rounds_ ? rounds_->sent_again_bytes() : 0;
   for (const auto& [process, writer] : measurements_) bytes += writer.sent_again_bytes();
   return bytes;
 }

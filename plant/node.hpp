@@ -20,6 +20,7 @@ class PlantNode final : public RunMember {
   // Called on DDS's receive threads.
   void on_assignment(PlantAssignment&& part);
   void on_actuation(const Actuation& actuation);
+  void on_standing(const Standing& standing);
   void grant(const Grant& grant) override;
   void beat(std::size_t phase, Round k) override;
   void depart(std::span<const AgentId> agents) override;
@@ -27,7 +28,7 @@ class PlantNode final : public RunMember {
 
   // Called on the main thread.
   void begin_run(Lock& lock) override;
-  void open_loop(Lock& lock, Round window);
+  void open_loop(Lock& lock);
   [[nodiscard]] bool report_due() const override { return rounds_ && rounds_->report_due(); }
   bool fill(wire::Telemetry& telemetry) override;
   std::vector<MemberReport> held_reports() override { return rounds_->collect_reports(true); }
@@ -36,6 +37,8 @@ class PlantNode final : public RunMember {
   [[nodiscard]] bool may_greet() const override { return rounds_ != nullptr; }
   [[nodiscard]] bool greeting_needed() const override { return rounds_ && meeting_.greeting_needed(next(), granted_until_); }
   void greet() override;
+  bool ask() override { return rounds_ && rounds_->ask(); }
+  [[nodiscard]] std::uint64_t progress() const override { return rounds_ ? rounds_->round() : 0; }
   void describe(wire::Presence& presence) const override;
   [[nodiscard]] wire::ReaderEvents reader_events() const override;
   [[nodiscard]] std::uint64_t sent_again_bytes() const override;
@@ -56,6 +59,8 @@ class PlantNode final : public RunMember {
 
   std::map<std::uint32_t, wire::MeasurementWriter> measurements_;
   std::optional<wire::ActuationReader> actuations_;
+  std::optional<wire::StandingWriter> standings_;
+  std::optional<wire::StandingReader> standing_reader_;
   wire::Reader<PlantAssignment> assignments_;
 };
 

@@ -7,11 +7,13 @@
 
 namespace consort {
 
-PlantRounds::PlantRounds(const PlantAssignment& run, Send send)
+PlantRounds::PlantRounds(const PlantAssignment& run, Send send, Tell tell)
     : physics_(run.task),
       send_(std::move(send)),
+      tell_(std::move(tell)),
       rounds_(run.rounds),
       report_interval_(run.report_interval),
+      ahead_(run.ahead),
       steered_(run.steered),
       realtime_(run.realtime),
       hashes_(run.agents.size()) {
@@ -78,12 +80,25 @@ Round PlantRounds::next(std::uint32_t process) const {
   return next;
 }
 
+// Who is not steered does not wait for the agents, but goes no further ahead than their sockets hold.
+bool PlantRounds::may_measure() {
+  const Round k = physics_.round();
+  for (auto& [name, process] : processes_) {
+    const bool there = takes_part(process);
+    if (there && !process.there) process.reached = std::max(process.reached, k);
+    process.there = there;
+    if (there && !steered_ && k > ahead_ && process.reached < k - ahead_) return false;
+  }
+  return true;
+}
+
 void PlantRounds::measure() {
   const Round k = physics_.round();
   missing_ = 0;
   measured_ = true;
   for (auto& [name, process] : processes_) {
     process.acted = false;
+    process.asked = 0;
     if (!takes_part(process)) continue;
     if (steered_) ++missing_;
     values_.clear();
@@ -95,13 +110,46 @@ void PlantRounds::measure() {
       physics_.measure(i, numbers.first(size));
       physics_.distances(i, numbers.last(distances));
     }
+    if (!realtime_) {
+      process.sent.forget_before(steered_ ? k : process.reached);
+      process.sent.push(k, values_);
+    }
     send_(name, k, values_);
   }
 }
 
+void PlantRounds::answer(const Standing& standing) {
+  const auto at = processes_.find(standing.process);
+  if (at == processes_.end()) return;
+  Process& process = at->second;
+  if (standing.slowest != kNever) process.reached = std::max(process.reached, standing.slowest);
+  for (const Standing::Gap& gap : standing.gaps) {
+    if (gap.sender != AgentId{0}) continue;
+    process.sent.for_each(gap.first, gap.rounds, [&](SentWindow::Sent& sent) {
+      if (sent.repeated > gap.asked) return;
+      ++sent.repeated;
+      sent_again_bytes_ += sizeof(double) * sent.values.size();
+      send_(standing.process, sent.round, sent.values);
+    });
+  }
+}
+
+bool PlantRounds::ask() {
+  if (!measured_ || missing_ == 0) return false;
+  Standing standing;
+  standing.slowest = physics_.round();
+  for (auto& [name, process] : processes_)
+    if (!process.acted && takes_part(process)) standing.gaps.push_back({AgentId{name}, physics_.round(), 1, process.asked++});
+  if (tell_) tell_(std::move(standing));
+  return true;
+}
+
 void PlantRounds::advance() {
   while (physics_.round() < until_) {
-    if (!measured_) measure();
+    if (!measured_) {
+      if (!may_measure()) return;
+      measure();
+    }
     if (missing_ > 0) return;
     physics_.advance();
     measured_ = false;

@@ -2,6 +2,7 @@
 /// The rounds of the plant, in lockstep with the agents: measurements out, actuations in, one step. Knows no transport and no clock; the
 /// same steps as simulate().
 
+#include "core/network/sent_window.hpp"
 #include "core/trace.hpp"
 #include "idl/wire.hpp"
 #include "models/physics.hpp"
@@ -16,13 +17,21 @@ class PlantRounds {
   /// Hands the measurements of one process's agents to whatever carries them.
   using Send = std::function<void(std::uint32_t process, Round round, std::span<const double> values)>;
 
+  /// Hands what the plant lacks to whatever carries it to the processes. Epoch and process are for the carrier to fill in.
+  using Tell = std::function<void(Standing&&)>;
+
   /// `run` holds every agent. Throws ConfigError where the model or a disturbance refuses its values.
-  PlantRounds(const PlantAssignment& run, Send send);
+  PlantRounds(const PlantAssignment& run, Send send, Tell tell = {});
 
   /// Rounds below grant.until may run. A grant that came before, or an older one, changes nothing.
   void grant(const Grant& grant);
   /// Takes the controls of one process's agents. Throws RunError if they have another length than the plant takes.
   void receive(const Actuation& actuation);
+  /// A process tells how far it has come and what it lacks: that is sent again.
+  void answer(const Standing& standing);
+  /// Tells which controls are lacking; false if none is.
+  bool ask();
+  [[nodiscard]] std::uint64_t sent_again_bytes() const { return sent_again_bytes_; }
   /// These agents are gone: nobody waits for their actuation. Their parts stand still, and go on being reported.
   void depart(std::span<const AgentId> agents);
   /// Runs every round that can run now. Throws RunError naming agent, round and model where a state stops being finite.
@@ -55,15 +64,21 @@ class PlantRounds {
     std::vector<AgentId> agents;  // ascending
     bool acted = false;           // its controls of the current round are there
     Round newest = 0;             // real time: the round its newest controls are of, plus one
+    bool there = false;           // it took part in the round before
+    Round reached = 0;            // its slowest agent has come as far
+    std::uint32_t asked = 0;      // for its controls of the current round, so often
+    SentWindow sent;              // what it may still lack
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
+  [[nodiscard]] bool may_measure();
   void measure();
   void extend_histories();
   void add_report(std::size_t index);
 
   Physics physics_;
   Send send_;
-  Round rounds_, report_interval_;
+  Tell tell_;
+  Round rounds_, report_interval_, ahead_;
   bool steered_, realtime_;
   std::vector<Attendance> attendance_;          // by agent
   std::map<std::uint32_t, Process> processes_;  // by lowest agent id
@@ -75,7 +90,7 @@ class PlantRounds {
   std::size_t missing_ = 0;     // processes whose controls of this round are still to come
   Round until_ = 0, report_at_ = 0;
   bool report_due_ = false;
-  std::uint64_t missed_inputs_ = 0;
+  std::uint64_t missed_inputs_ = 0, sent_again_bytes_ = 0;
 };
 
 }  // namespace consort

@@ -90,10 +90,13 @@ void RunMember::run() {
 
 void RunMember::on_grant(Grant&& grant) {
   guarded([&] {
-    if (current(grant.epoch))
+    if (current(grant.epoch)) {
+      reached_ = std::max(reached_, grant.reached);
       this->grant(grant);
-    else if (grant.epoch != epoch_)
+      wake_.notify_one();  // it waits less patiently now, or may leave
+    } else if (grant.epoch != epoch_) {
       granted_early_ = std::move(grant);
+    }
   });
 }
 
@@ -157,7 +160,7 @@ void RunMember::start_clock(const Grant& grant, Seconds dt, Round first, Round l
 
 bool RunMember::has_work() const {
   return failure_ || shutdown_ || interrupted_ || orchestrator_lost_ || status_asked_ || assigned_ || (finish_ && !finished_) ||
-         (epoch_ && !finish_ && report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet()) || more_to_do();
+         (epoch_ && !finish_ && !finished_ && report_due()) || met_until() > ready_until_ || (!greeted_ && may_greet()) || more_to_do();
 }
 
 // A match is announced a moment before the connection is complete, so a greeting can be lost: it is repeated, at first soon, then less
@@ -167,12 +170,28 @@ void RunMember::wait_for_work(Lock& lock) {
   if (pacer_) {
     if (!wake_.wait_for(lock, kReportEvery, work) && !finish_) send_reports(lock, false);
     if (greeting_needed()) greeted_ = false;
-  } else if (!greeting_needed()) {
-    wake_.wait(lock, work);
-  } else if (!wake_.wait_for(lock, greet_again_, work)) {
-    greet_again_ = std::min(2 * greet_again_, kGreetSeldom);
-    greeted_ = false;
+    return;
   }
+  const bool greets = greeting_needed(), asks = epoch_ && !finish_;
+  if (!greets && !asks) return wake_.wait(lock, work);
+  Patience::Duration pause = asks ? patience_.wait() : greet_again_;
+  if (greets) pause = std::min<Patience::Duration>(pause, greeted_at_ + greet_again_ - now());
+  if (wake_.wait_for(lock, pause, work)) return;
+  if (asks) ask_if_stuck();
+  if (!greets || now() < greeted_at_ + greet_again_) return;
+  greet_again_ = std::min(2 * greet_again_, kGreetSeldom);
+  greeted_at_ = now();
+  greeted_ = false;
+}
+
+// In lockstep whatever has been lost is asked for where the next message shows it, or here, where no next one comes.
+void RunMember::ask_if_stuck() {
+  const std::uint64_t before = std::exchange(seen_progress_, progress());
+  const int asked = patience_.asked();
+  if (seen_progress_ != before || !ask())
+    has_gone_on();
+  else if (patience_.asked() == asked)
+    has_asked();  // it has only said how far it is
 }
 
 void RunMember::serve(Lock& lock) {
@@ -186,17 +205,15 @@ void RunMember::serve(Lock& lock) {
     if (!do_more(lock)) return;  // and neither greets nor is ready any more
     if (!greeted_ && may_greet()) {
       greeted_ = true;
+      greeted_at_ = now();
       greet();
     }
     if (const Round until = met_until(); until > ready_until_) {
       ready_until_ = until;
       say(lock, wire::State::ready);
     }
-    if (epoch_ && !finish_ && report_due()) send_reports(lock, false);
-    if (finish_ && !finished_) {
-      finished_ = true;
-      send_reports(lock, true);
-    }
+    if (epoch_ && !finish_ && !finished_ && report_due()) send_reports(lock, false);
+    if (finish_) send_last_report(lock);
     if (std::exchange(status_asked_, false)) say(lock, wire::State::status);
   }
 }
@@ -208,7 +225,7 @@ void RunMember::start_run(Lock& lock) {
   assigned_ = finish_ = finished_ = false;
   greet_again_ = kGreetSoon;
   epoch_ = newest_epoch_;
-  ready_until_ = 0;
+  ready_until_ = reached_ = 0;
   begin_run(lock);
 }
 
@@ -219,6 +236,10 @@ void RunMember::send_reports(Lock& lock, bool last) {
   lock.unlock();
   telemetry_.write(telemetry);
   lock.lock();
+}
+
+void RunMember::send_last_report(Lock& lock) {
+  if (!std::exchange(finished_, true)) send_reports(lock, true);
 }
 
 Performance RunMember::performance() const {

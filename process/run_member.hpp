@@ -4,6 +4,7 @@
 
 #include "idl/wire.hpp"
 #include "process/pacer.hpp"
+#include "process/patience.hpp"
 
 #include <chrono>
 #include <condition_variable>
@@ -73,6 +74,10 @@ class RunMember {
   virtual void greet() = 0;
   /// Says in which round it is, and what it waits for.
   virtual void describe(wire::Presence& presence) const = 0;
+  /// Lockstep: asks those it hears for what it lacks; false if it lacks nothing that could come.
+  virtual bool ask() = 0;
+  /// Counts whatever can only happen when nothing is lacking: standing still is what it notices.
+  [[nodiscard]] virtual std::uint64_t progress() const = 0;
   /// What else the main thread has to do; false: and then it has left the run.
   [[nodiscard]] virtual bool more_to_do() const { return false; }
   virtual bool do_more(Lock&) { return true; }
@@ -112,9 +117,18 @@ class RunMember {
   [[nodiscard]] bool current(std::uint32_t epoch) const { return epoch == epoch_ && !finish_; }
   /// Somebody new has been found: greet everybody, and again soon.
   void greet_anew();
+  /// Has asked for something on a receive thread; the rounds go on, if it was waiting for that.
+  void has_asked() { patience_.asks(now()); }
+  void has_gone_on() {
+    if (patience_.asked() > 0) patience_.goes_on(now());
+  }
+  /// Everybody who is there has come as far as this, as the newest grant says; or the run is over.
+  [[nodiscard]] bool everybody_reached(Round k) const { return finish_ || reached_ >= k; }
   /// Unless it goes already.
   void start_clock(const Grant& grant, Seconds dt, Round first, Round last, std::vector<Seconds> phases);
   void send_reports(Lock& lock, bool last);
+  /// The last report of the run, once.
+  void send_last_report(Lock& lock);
   /// For Presence.
   [[nodiscard]] std::optional<double> liveliness_lease() const {
     return arrival_.launched ? std::nullopt : std::optional(kSignOfLifeLease);
@@ -128,6 +142,7 @@ class RunMember {
   std::optional<wire::Command> lost_early_;  // `departed`, of a run that has not begun here
   std::optional<Grant> granted_early_;       // of such a run
   std::optional<Delivery> delivery_;         // of the run, in real time
+  Round reached_ = 0;                        // of the newest grant
   Round ready_until_ = 0;                    // what the newest `ready` of this epoch said; 0: none yet
   wire::Participant participant_;
   wire::Writer<wire::Telemetry> telemetry_;
@@ -142,6 +157,8 @@ class RunMember {
   void serve(Lock& lock);
   [[nodiscard]] bool has_work() const;
   void wait_for_work(Lock& lock);
+  void ask_if_stuck();
+  [[nodiscard]] static Patience::Duration now() { return std::chrono::steady_clock::now().time_since_epoch(); }
   void start_run(Lock& lock);
   void say(Lock& lock, wire::State state, const std::string& note = {});
   [[nodiscard]] Performance performance() const;
@@ -153,6 +170,9 @@ class RunMember {
   bool assigned_ = false;  // a complete assignment waits
   bool greeted_ = false;   // everybody found so far has been greeted
   std::chrono::milliseconds greet_again_;
+  Patience::Duration greeted_at_{};
+  Patience patience_;
+  std::uint64_t seen_progress_ = 0;
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
        orchestrator_lost_ = false, ended_ = false, welcomed_ = false;
   std::size_t orchestrator_writers_ = 0;

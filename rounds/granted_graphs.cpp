@@ -19,16 +19,25 @@ std::shared_ptr<const GrantedGraphs::Topology> GrantedGraphs::topology_from(cons
                      ", but there are only " + std::to_string(agents) + " agents");
     }
   }
-  auto topology = std::make_shared<Topology>(Topology{Graph(agents, edges), {}, {}});
+  auto topology = std::make_shared<Topology>(Topology{Graph(agents, edges), {}, {}, {}});
   topology->local_listeners.resize(members_);
-  topology->heard_elsewhere.resize(members_);
+  topology->remote_listeners.resize(members_);
+  topology->unanswered.resize(members_);
+  std::vector<std::vector<AgentId>> remote_senders(members_);
   for (const auto& [edge, weight] : edges) {
     const std::uint32_t sender = member_of_[index_of(edge.from)], receiver = member_of_[index_of(edge.to)];
+    if (sender == kNobody && receiver != kNobody) remote_senders[receiver].push_back(edge.from);
     if (sender == kNobody) continue;
     if (receiver == kNobody)
-      topology->heard_elsewhere[sender] = true;
+      topology->remote_listeners[sender].push_back(edge.to);
     else
       topology->local_listeners[sender].push_back(receiver);
+  }
+  for (std::size_t member = 0; member < members_; ++member) {
+    auto &listeners = topology->remote_listeners[member], &senders = remote_senders[member];
+    std::sort(listeners.begin(), listeners.end());
+    std::sort(senders.begin(), senders.end());
+    topology->unanswered[member] = !std::includes(listeners.begin(), listeners.end(), senders.begin(), senders.end());
   }
   return topology;
 }

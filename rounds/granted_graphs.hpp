@@ -20,7 +20,8 @@ class GrantedGraphs {
   struct Topology {
     Graph graph;
     std::vector<std::vector<std::uint32_t>> local_listeners;  ///< by member
-    std::vector<bool> heard_elsewhere;                        ///< by member: somebody in another process hears it
+    std::vector<std::vector<AgentId>> remote_listeners;       ///< by member: who hears it in other processes, ascending
+    std::vector<bool> unanswered;                             ///< by member: somebody elsewhere whom it hears does not hear it
   };
   struct Segment {
     Round first = 0;

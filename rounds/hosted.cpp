@@ -80,6 +80,12 @@ std::span<const std::uint32_t> Hosted::listeners(AgentId agent) const {
   return listeners_[index_of(agent)];
 }
 
+std::optional<std::size_t> Hosted::member_with(AgentId agent) const {
+  if (agent.value == 0 || index_of(agent) >= member_of_.size() || member_of_[index_of(agent)] == GrantedGraphs::kNobody)
+    return std::nullopt;
+  return member_of_[index_of(agent)];
+}
+
 void Hosted::learn(AgentId agent, const Values& announcement) {
   if (index_of(agent) < announced_.size() && !announced_[index_of(agent)]) announced_[index_of(agent)] = announcement;
 }
@@ -121,7 +127,7 @@ std::span<const std::uint32_t> Hosted::begin(std::size_t member, std::span<const
   Place& place = places_[member];
   place.member.learn(announced_);
   const std::span<const double> message = place.member.begin(place.topology->graph, y, gone_);
-  if (place.topology->heard_elsewhere[member]) send_(member, place.member.round(), message);
+  if (!place.topology->remote_listeners[member].empty()) send_(member, place.member.round(), message);
   return place.topology->local_listeners[member];
 }
 
@@ -187,6 +193,12 @@ std::vector<LinkTotals> Hosted::links() const {
   for (const Place& place : places_)
     for (const LinkTotals& link : place.member.links()) links.push_back(link);
   return links;
+}
+
+Round Hosted::last() const {
+  Round last = 0;
+  for (const Place& place : places_) last = std::max(last, place.member.attendance().until);
+  return last;
 }
 
 Round Hosted::slowest_round() const {

@@ -23,6 +23,12 @@ class Hosted {
   [[nodiscard]] const Member& operator[](std::size_t member) const { return places_[member].member; }
   /// The members that may ever hear that agent; none of an agent that the run does not have.
   [[nodiscard]] std::span<const std::uint32_t> listeners(AgentId agent) const;
+  /// The member that agent is; nothing if it is not hosted here.
+  [[nodiscard]] std::optional<std::size_t> member_with(AgentId agent) const;
+  /// The first round in which a member takes part.
+  [[nodiscard]] Round first() const { return first_; }
+  /// The round in which the last of them has left.
+  [[nodiscard]] Round last() const;
 
   /// An agent has announced this. Before a round runs, everything must be here that its members are told by then.
   void learn(AgentId agent, const Values& announcement);
@@ -35,6 +41,12 @@ class Hosted {
   [[nodiscard]] Round granted_until() const { return until_; }
   /// False where no grant has told the graph of the member's round.
   bool find_topology(std::size_t member);
+  /// Who hears the member in other processes, ascending, on the graph that find_topology() has found.
+  [[nodiscard]] std::span<const AgentId> remote_listeners(std::size_t member) const {
+    return places_[member].topology->remote_listeners[member];
+  }
+  /// On that graph, somebody elsewhere whom it hears does not hear it.
+  [[nodiscard]] bool unanswered(std::size_t member) const { return places_[member].topology->unanswered[member]; }
   /// The member's round begins: its message leaves, if somebody elsewhere hears it. The members here that do are returned.
   std::span<const std::uint32_t> begin(std::size_t member, std::span<const double> y);
   /// Whose announcement the member lacks for its round; nothing: it lacks none.

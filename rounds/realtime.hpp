@@ -17,7 +17,8 @@ class Realtime final : public Rounds {
   bool receive(const Information& message) override;
   void receive(const Measurement& measurement) override;
   void depart(std::span<const AgentId> agents) override { hosted_.depart(agents); }
-  void advance() override {}  // the clock does
+  void come_back(std::span<const AgentId>, Round) override {}  // who is heard again is there
+  void advance() override {}                                   // the clock does
   /// Every member that takes part in round k emits. Who is behind misses the rounds before k: its state stands still over them.
   void begin_round(Round k) override;
   /// Every member that takes part in round k absorbs what is here.
@@ -28,6 +29,10 @@ class Realtime final : public Rounds {
   [[nodiscard]] std::vector<NetworkTotals> network() const override;
   [[nodiscard]] std::uint64_t missed_inputs() const override { return missed_inputs_; }
   [[nodiscard]] Hosted& hosted() override { return hosted_; }
+  void answer(const Standing&) override {}
+  bool ask() override { return false; }  // what is late is of no use
+  [[nodiscard]] std::uint64_t finished() const override { return 0; }
+  [[nodiscard]] std::uint64_t sent_again_bytes() const override { return 0; }
 
  private:
   // What a member knows of one sender's messages.

@@ -6,6 +6,10 @@
 
 namespace consort {
 
+/// Hands what the members lack, and how far they have come, to whatever carries it to those they hear. Epoch and process are for the
+/// carrier to fill in.
+using Tell = std::function<void(Standing&&)>;
+
 class Rounds {
  public:
   virtual ~Rounds() = default;
@@ -21,6 +25,8 @@ class Rounds {
   virtual void receive(const Measurement& measurement) = 0;
   /// These agents, none of them a member, are gone: what has come of them still counts; nobody waits for them.
   virtual void depart(std::span<const AgentId> agents) = 0;
+  /// These, gone until now, take part again from that round on.
+  virtual void come_back(std::span<const AgentId> agents, Round round) = 0;
   /// Runs every round that can run now. Throws RunError naming agent, round and protocol where a protocol's numbers break down.
   virtual void advance() = 0;
   /// A clock says that round k begins and ends: the same with every round that has to run now.
@@ -38,10 +44,20 @@ class Rounds {
   [[nodiscard]] virtual std::uint64_t missed_inputs() const = 0;
 
   [[nodiscard]] virtual Hosted& hosted() = 0;
+
+  // --- where messages may be lost, and are waited for
+
+  /// Another process tells how far it has come and what it lacks of the members: that is sent again.
+  virtual void answer(const Standing& standing) = 0;
+  /// Tells what the members lack; false if they lack nothing that could come.
+  virtual bool ask() = 0;
+  /// How many rounds the members have finished together.
+  [[nodiscard]] virtual std::uint64_t finished() const = 0;
+  [[nodiscard]] virtual std::uint64_t sent_again_bytes() const = 0;
 };
 
 /// As the run says. Throws ConfigError where a protocol refuses its values. `tasks` are those of the members, `run` holds what is common.
-/// `act` is called only if the run steers a plant.
-std::unique_ptr<Rounds> rounds_of(const Assignment& run, std::span<const MemberTask> tasks, Send send, Act act = {});
+/// `act` is called only if the run steers a plant, `tell` only in lockstep.
+std::unique_ptr<Rounds> rounds_of(const Assignment& run, std::span<const MemberTask> tasks, Send send, Act act = {}, Tell tell = {});
 
 }  // namespace consort

@@ -41,6 +41,10 @@ Assignments::Assignments(const Experiment& experiment, const Placement& placemen
   const std::unique_ptr<Protocol> agent = maker_.make(agent_at(0));
   steers_ = experiment.plant && agent->control_size() > 0;
   outline_ = maker_.empty_trace(*agent);
+  std::vector<std::size_t> heard(placement.processes.size());  // by process: agents of others
+  for (const auto& readers : placement.readers)
+    for (const std::size_t reader : readers) ++heard[reader];
+  ahead_ = rounds_ahead(*std::max_element(heard.begin(), heard.end()), agent->message_layout().size());
 }
 
 Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {
@@ -53,6 +57,7 @@ Assignment Assignments::common(Round now, std::span<const AgentId> gone) const {
   common.rounds = experiment_.rounds;
   common.report_interval = experiment_.report_interval();
   common.window = largest_window(common.report_interval);
+  common.ahead = ahead_;
   common.parameters = protocol().parameters;
   const LinkModel& links = experiment_.links_of(protocol());
   common.standard_link = links.standard;
@@ -128,6 +133,15 @@ void Assignments::count_readers(MemberTask& member, Round now) const {
   std::sort(member.late_readers.begin(), member.late_readers.end());
 }
 
+/// The plant is the one sender of a process; the numbers of the largest one count.
+Round Assignments::measured_ahead() const {
+  std::vector<std::size_t> numbers(placement_.processes.size());
+  for (std::size_t index = 0; index < experiment_.agents; ++index)
+    numbers[placement_.process_of[index]] +=
+        maker_.physics()->measurement_size(agent_at(index)) + maker_.physics()->distance_count(agent_at(index));
+  return rounds_ahead(1, *std::max_element(numbers.begin(), numbers.end()));
+}
+
 std::vector<PlantAssignment> Assignments::plant() const {
   PlantTask task = plant_task(experiment_, job_.seed);
   std::vector<PlantPart> all = std::exchange(task.parts, {});
@@ -138,6 +152,7 @@ std::vector<PlantAssignment> Assignments::plant() const {
       part.epoch = epoch_;
       part.rounds = experiment_.rounds;
       part.report_interval = experiment_.report_interval();
+      part.ahead = measured_ahead();
       part.steered = steers_;
       part.realtime = experiment_.mode == Mode::realtime;
       part.delivery = delivery_of(experiment_);

@@ -31,6 +31,7 @@ class Assignments {
   [[nodiscard]] Assignment common(Round now, std::span<const AgentId> gone) const;
   [[nodiscard]] MemberTask member(AgentId agent, Round now) const;
   void count_readers(MemberTask& member, Round now) const;
+  [[nodiscard]] Round measured_ahead() const;
   [[nodiscard]] const ProtocolChoice& protocol() const { return experiment_.protocols[job_.protocol]; }
 
   const Experiment& experiment_;
@@ -40,6 +41,7 @@ class Assignments {
   AgentMaker maker_;
   std::vector<std::vector<Told>> told_;  // by agent: whose announcements reach it; empty where nobody announces anything
   bool steers_ = false;                  // the agents steer the plant
+  Round ahead_ = 1;                      // how far ahead of its listeners an agent may be
   Trace outline_;
 };
 

@@ -87,7 +87,19 @@ Grant Granting::grant(Round reached, double seconds) {
     stated_until_ = segment.last >= experiment_.rounds ? experiment_.rounds : segment.last + 1;
   }
   grant.whole = report_at_ == pause && kills_at(pause);
+  grant.reached = told_reached_ = reached;
   return grant;
+}
+
+std::optional<Grant> Granting::release(Round reached) {
+  const auto leaves = [&](const auto& each) {
+    const std::vector<Attendance> stays = each.second.stays();
+    return std::any_of(stays.begin(), stays.end(),
+                       [&](const Attendance& stay) { return stay.until > told_reached_ && stay.until <= reached; });
+  };
+  if (std::none_of(experiment_.presence.begin(), experiment_.presence.end(), leaves)) return std::nullopt;
+  told_reached_ = reached;
+  return Grant{epoch_, granted_, report_at_, {}, 0, false, reached};
 }
 
 }  // namespace consort

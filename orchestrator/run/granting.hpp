@@ -42,6 +42,8 @@ class Granting {
   std::optional<Pause> due(Round reached);
   /// The next grant, sized by the speed seen so far: `seconds` since round 0 began.
   Grant grant(Round reached, double seconds);
+  /// Everybody who is there has come as far as this, and some wait for that: who has left, but may have to send its last messages again.
+  std::optional<Grant> release(Round reached);
   /// Who joins has heard of no graph yet.
   void state_graphs_again() { graphs_ = {}; }
   /// Everybody has come to the point where the newest grant asked for a report, and there are rounds left.
@@ -58,7 +60,7 @@ class Granting {
   Schedule schedule_;
   Round interval_;
   GraphNumbers graphs_;
-  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, paused_ = 0;
+  Round granted_ = 0, stated_until_ = 0, report_at_ = 0, half_ = 0, paused_ = 0, told_reached_ = 0;
 };
 
 }  // namespace consort

@@ -118,6 +118,7 @@ void JobRun::pace() {
 
 // Lockstep: everybody has come as far as round `reached`, and may go on.
 void JobRun::grant_from(Round reached) {
+  if (const auto news = granting_.release(reached)) session_.grant(*news);
   while (const auto pause = granting_.due(reached)) {
     happen(*pause);
     if (over_ || session_.interrupted()) return;
@@ -128,7 +129,9 @@ void JobRun::grant_from(Round reached) {
 // Everybody has come to the point where the newest grant asked for a report: time for the next one.
 void JobRun::grant_more() {
   const Round reached = std::min(session_.processes().least(reached_), granting_.granted());
-  if (!over_ && granting_.is_time(reached)) grant_from(reached);
+  if (over_) return;
+  if (granting_.is_time(reached)) return grant_from(reached);
+  if (const auto news = granting_.release(reached)) session_.grant(*news);
 }
 
 // Everybody stands before the round of the pause.
@@ -199,6 +202,7 @@ void JobRun::notice_losses() {
 void JobRun::notice_stall() {
   if (stall_told_ || std::chrono::duration<double>(Clock::now() - last_news_).count() < kStallSeconds) return;
   stall_told_ = true;
+  session_.grant_again();
   const std::string text = session_.who_waits();
   observer_.event(job_, trace_.last_round, "stall", text);
 }

@@ -59,7 +59,12 @@ Hub::Callbacks Session::callbacks() {
 
 void Session::grant(const Grant& grant) {
   granted_ = true;
+  newest_grant_ = grant;
   hubs_.broadcast(grant);
+}
+
+void Session::grant_again() {
+  if (granted_ && newest_grant_.start_ns == 0) hubs_.broadcast(newest_grant_);
 }
 
 std::vector<std::string> Session::arguments_of(std::size_t process, Round now) const {

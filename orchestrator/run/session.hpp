@@ -68,6 +68,8 @@ class Session {
   /// Throws RunError if an agent has others than the rest.
   [[nodiscard]] const Trace& outline() const;
   void grant(const Grant& grant);
+  /// Says the newest grant once more: whoever has it is not disturbed.
+  void grant_again();
   /// Ends the job: the agents report their links and are free for the next one.
   void finish() { hubs_.broadcast(wire::Command{epoch_, wire::Order::finish}); }
 
@@ -118,6 +120,7 @@ class Session {
   std::map<AgentId, Layouts> layouts_;
   bool leaving_ = false, failed_ = false;
   bool granted_ = false;  // rounds of the job have been granted
+  Grant newest_grant_;
   std::vector<Loss> losses_;
   News<Word> news_;
   Hubs hubs_;

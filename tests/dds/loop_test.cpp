@@ -57,19 +57,15 @@ TEST_F(TwoSides, AMeasurementReachesItsProcessAndNoOther) {
   Received of_two, of_three;
   MeasurementReader two(there.participant, 2, [&](const Measurement& m) { of_two.add(m.round, m.values); });
   MeasurementReader three(there.participant, 3, [&](const Measurement& m) { of_three.add(m.round, m.values); });
-  MeasurementWriter to_two(
-      here.participant, 2, [](std::size_t) {}, 100),
-      to_three(
-          here.participant, 3, [](std::size_t) {}, 100);
+  MeasurementWriter to_two(here.participant, 2, [](std::size_t) {}), to_three(here.participant, 3, [](std::size_t) {});
   const std::vector<double> secret{1.5, 2.5}, own{-1.0};
   // Rounds from 100 on prove the connections; a match alone does not.
   ASSERT_TRUE(of_two.holds(100, [&] { to_two.write({1, 100, secret}); }));
   ASSERT_TRUE(of_three.holds(200, [&] { to_three.write({1, 200, own}); }));
   for (Round k = 0; k < 50; ++k) to_two.write({1, k, secret});
-  ASSERT_TRUE(of_two.holds(49, [] {}));
+  ASSERT_TRUE(of_two.holds(49, [&] { to_two.write({1, 49, secret}); }));
   // What was written to process 2 before this would have come before it, had it been sent to process 3 as well.
-  to_three.write({1, 201, own});
-  ASSERT_TRUE(of_three.holds(201, [] {}));
+  ASSERT_TRUE(of_three.holds(201, [&] { to_three.write({1, 201, own}); }));
   for (const Round round : of_three.rounds()) EXPECT_GE(round, 200u);
   EXPECT_EQ(of_three.values(), own);
   EXPECT_EQ(of_two.values(), secret);
@@ -78,10 +74,7 @@ TEST_F(TwoSides, AMeasurementReachesItsProcessAndNoOther) {
 TEST_F(TwoSides, ActuationsOfEveryProcessReachThePlant) {
   Received at_plant;
   ActuationReader plant(here.participant, 0, [&](const Actuation& a) { at_plant.add(1000 * a.process + a.round, a.values); });
-  ActuationWriter two(
-      there.participant, 2, [](std::size_t) {}, 100),
-      three(
-          there.participant, 3, [](std::size_t) {}, 100);
+  ActuationWriter two(there.participant, 2, [](std::size_t) {}), three(there.participant, 3, [](std::size_t) {});
   const std::vector<double> control{0.25};
   ASSERT_TRUE(at_plant.holds(2007, [&] { two.write({1, 2, 7, control}); }));
   ASSERT_TRUE(at_plant.holds(3008, [&] { three.write({1, 3, 8, control}); }));

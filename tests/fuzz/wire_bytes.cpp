@@ -91,13 +91,14 @@ const Type<consort_wire_Actuation> kActuation(6, consort_wire_Actuation_desc);
 const Type<consort_wire_Layout> kLayout(7, consort_wire_Layout_desc);
 const Type<consort_wire_Presence> kPresence(8, consort_wire_Presence_desc);
 const Type<consort_wire_Telemetry> kTelemetry(9, consort_wire_Telemetry_desc);
+const Type<consort_wire_Standing> kStanding(10, consort_wire_Standing_desc);
 
 }  // namespace
 
 Fate take_wire_bytes(std::span<const std::uint8_t> bytes) {
   if (bytes.empty()) return Fate::malformed;
   const auto rest = bytes.subspan(1);
-  switch (bytes[0] % 10) {
+  switch (bytes[0] % 11) {
     case 0:
       return kAssignment.take(rest);
     case 1:
@@ -116,8 +117,10 @@ Fate take_wire_bytes(std::span<const std::uint8_t> bytes) {
       return kLayout.take(rest);
     case 8:
       return kPresence.take(rest);
-    default:
+    case 9:
       return kTelemetry.take(rest);
+    default:
+      return kStanding.take(rest);
   }
 }
 
@@ -134,7 +137,8 @@ std::vector<std::vector<std::uint8_t>> wire_seeds() {
           kActuation.bytes_of(encode(Actuation{1, 2, 3, values})),
           kLayout.bytes_of(encode(some_layouts(), arena)),
           kPresence.bytes_of(encode(some_presence(), arena)),
-          kTelemetry.bytes_of(encode(some_telemetry(), arena))};
+          kTelemetry.bytes_of(encode(some_telemetry(), arena)),
+          kStanding.bytes_of(encode(some_standing(), arena))};
 }
 
 }  // namespace consort::fuzz

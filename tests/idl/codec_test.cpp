@@ -109,6 +109,25 @@ TEST(Codec, TheClosedLoopsSamplesSurviveTheRoundTrip) {
   EXPECT_THROW(decode(encode(Actuation{3, 0, 7, values})), Rejected);
 }
 
+TEST(Codec, AStandingSurvivesTheRoundTripAndItsBoundsAreChecked) {
+  Arena arena;
+  const Standing in = some_standing(), out = decode(encode(in, arena));
+  EXPECT_EQ(out.process, in.process);
+  EXPECT_EQ(out.slowest, in.slowest);
+  EXPECT_EQ(out.readers, in.readers);
+  ASSERT_EQ(out.gaps.size(), 2u);
+  EXPECT_EQ(out.gaps[1].sender, AgentId{9});
+  EXPECT_EQ(out.gaps[1].first, 18u);
+  EXPECT_EQ(out.gaps[1].rounds, 4u);
+  EXPECT_EQ(out.gaps[1].asked, 2u);
+  Standing empty_gap = in;
+  empty_gap.gaps[0].rounds = 0;
+  EXPECT_THROW(decode(encode(empty_gap, arena)), Rejected);
+  auto lacks_a_round = encode(in, arena);
+  lacks_a_round.rounds._length = 1;
+  EXPECT_THROW(decode(lacks_a_round), Rejected);
+}
+
 TEST(Codec, APlantAssignmentThatBreaksABoundIsRejected) {
   const auto rejected = [](auto&& spoil) {
     PlantAssignment in = some_plant_assignment();

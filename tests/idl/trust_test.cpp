@@ -158,12 +158,15 @@ TEST_F(Trust, ACopiedBadgeIsWorthNothing) {
 TEST_F(Trust, AReaderWithoutTheKeyIsNotCountedAmongThoseWhoListen) {
   std::atomic<std::size_t> listeners{0};
   const Participant keyed(here.participant, kKey);
+  const Delivery acknowledged{true, 1, 100.0, 100.0, 100.0};
   InformationWriter writer(
-      keyed, AgentId{1}, [&](std::size_t n) { listeners = n; }, 100);
+      keyed, AgentId{1}, [&](std::size_t n) { listeners = n; }, acknowledged);
   const std::vector<AgentId> senders{AgentId{1}};
-  const InformationReader stranger(Participant(there.participant, RunKey()), senders, [](InformationReader::Burst&) {});
+  const InformationReader stranger(
+      Participant(there.participant, RunKey()), senders, [](InformationReader::Burst&) {}, acknowledged);
   Side elsewhere(3);
-  const InformationReader member(Participant(elsewhere.participant, kKey), senders, [](InformationReader::Burst&) {});
+  const InformationReader member(
+      Participant(elsewhere.participant, kKey), senders, [](InformationReader::Burst&) {}, acknowledged);
   EXPECT_TRUE(comes_true([&] { return listeners == 1; }));
   writer.write(1, 0, {});
   EXPECT_TRUE(writer.wait_for_acknowledgments(30)) << "the stranger too is matched and acknowledges";

@@ -110,17 +110,25 @@ TEST(Lockstep, RefusesAMeasurementOfAnotherLength) {
   EXPECT_THROW(lockstep.receive(Measurement{1, 0, two}), RunError);
 }
 
-/// Plant and agents' processes around a bag from which any sample may come next, twice now and then.
+/// Plant and agents' processes around a bag from which any sample may come next, twice now and then, or, with `loss`, never.
 class Loop {
  public:
-  Loop(const Experiment& e, std::size_t per_process, Seed order)
+  Loop(const Experiment& e, std::size_t per_process, Seed order, double loss = 0.0)
       : e_(e),
+        loss_(loss),
         draws_(order.stream(Purpose("shuffle"))),
-        plant_(assignment_of(e, per_process), [this](std::uint32_t process, Round round, std::span<const double> values) {
-          post([this, process, round, kept = std::vector<double>(values.begin(), values.end())] {
-            agents_.at(process)->receive(Measurement{1, round, kept});
-          });
-        }) {
+        plant_(
+            assignment_of(e, per_process),
+            [this](std::uint32_t process, Round round, std::span<const double> values) {
+              post([this, process, round, kept = std::vector<double>(values.begin(), values.end())] {
+                agents_.at(process)->receive(Measurement{1, round, kept});
+              });
+            },
+            [this](Standing&& standing) {
+              post([this, standing] {
+                for (const auto& [process, lockstep] : agents_) lockstep->answer(standing);
+              });
+            }) {
     const AgentMaker maker(e, e.protocols[0], e.seed);
     const auto support = e.schedule(e.seed).support(e.rounds);
     Assignment run;
@@ -158,6 +166,13 @@ class Loop {
                       post([this, name, round, kept = std::vector<double>(controls.begin(), controls.end())] {
                         plant_.receive({1, name, round, kept});
                       });
+                    },
+                    [this, name](Standing&& standing) {
+                      standing.process = name;
+                      post([this, standing] {
+                        plant_.answer(standing);
+                        for (const auto& [process, lockstep] : agents_) lockstep->answer(standing);
+                      });
                     }));
     }
   }
@@ -181,7 +196,9 @@ class Loop {
       plant_.grant(first);  // come again
       for (const auto& [process, lockstep] : agents_) lockstep->grant(grant);
       advance();
-      while (!bag_.empty()) take_one();
+      do {
+        while (!bag_.empty()) take_one();
+      } while (ask());
     }
     std::map<AgentId, std::uint64_t> of_agents;
     for (const auto& [process, lockstep] : agents_)
@@ -201,15 +218,22 @@ class Loop {
   void take_one() {
     const std::size_t pick = draws_.below(bag_.size());
     const std::function<void()> delivery = bag_[pick];
-    if (draws_.below(4) != 0) {  // else it stays and comes again
+    if (loss_ > 0.0 || draws_.below(4) != 0) {  // else it stays and comes again
       bag_[pick] = std::move(bag_.back());
       bag_.pop_back();
     }
+    if (draws_.below(1000) < static_cast<std::uint64_t>(1000.0 * loss_)) return;
     delivery();
     advance();
   }
+  bool ask() {
+    bool asked = plant_.ask();
+    for (const auto& [process, lockstep] : agents_) asked = lockstep->ask() || asked;
+    return asked;
+  }
 
   const Experiment& e_;
+  double loss_;
   Stream draws_;
   std::vector<std::function<void()>> bag_;
   std::map<std::uint32_t, std::unique_ptr<Lockstep>> agents_;
@@ -228,6 +252,19 @@ TEST(ClosedLoop, AnyOrderOfArrivalGivesTheSimulatedRun) {
     SCOPED_TRACE(order);
     EXPECT_EQ(Loop(e, 1 + order % 3, Seed{order}).run(), simulated);
   }
+}
+
+TEST(ClosedLoop, WhatIsLostIsAskedForUntilTheRunIsTheSimulatedOne) {
+  const Experiment e = loop_of(6, 60);
+  std::vector<std::uint64_t> simulated;
+  simulate(e, e.protocols[0], e.seed, [&](const RoundReport& report) {
+    simulated.assign(report.hashes.begin(), report.hashes.end());
+    simulated.insert(simulated.end(), report.state_hashes.begin(), report.state_hashes.end());
+    return true;
+  });
+  for (const double loss : {0.02, 0.4})
+    for (std::uint64_t order = 0; order < 6; ++order)
+      EXPECT_EQ(Loop(e, 1 + order % 3, Seed{order}, loss).run(), simulated) << loss << ", " << order;
 }
 
 }  // namespace

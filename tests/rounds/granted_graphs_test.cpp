@@ -34,7 +34,8 @@ TEST(GrantedGraphs, SayWhoHearsAMemberHereAndElsewhere) {
   const auto topology = granted.at(0).topology;
   EXPECT_EQ(topology->local_listeners[0], std::vector<std::uint32_t>{1});
   EXPECT_TRUE(topology->local_listeners[1].empty());
-  EXPECT_EQ(topology->heard_elsewhere, (std::vector<bool>{false, true}));
+  EXPECT_TRUE(topology->remote_listeners[0].empty());
+  EXPECT_FALSE(topology->remote_listeners[1].empty());
 }
 
 TEST(GrantedGraphs, WhatDoesNotFollowOrWasNeverStatedIsRefused) {

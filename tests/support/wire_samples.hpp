@@ -101,7 +101,11 @@ inline PlantAssignment some_plant_assignment() {
 
 inline Grant some_grant() {
   const std::vector<WeightedEdge> weighted{{{AgentId{1}, AgentId{2}}, 0.5}, {{AgentId{2}, AgentId{1}}, 2.0}};
-  return {2, 50, 25, {{0, 1, weighted}, {20, 1, {}}, {30, 3, std::vector<WeightedEdge>{}}}};
+  return {2, 50, 25, {{0, 1, weighted}, {20, 1, {}}, {30, 3, std::vector<WeightedEdge>{}}}, 0, true, 20};
+}
+
+inline Standing some_standing() {
+  return {2, 3, 17, {{AgentId{3}, 17}, {AgentId{4}, 19}}, {{AgentId{0}, 17, 1, 0}, {AgentId{9}, 18, 4, 2}}};
 }
 
 inline Layouts some_layouts() {

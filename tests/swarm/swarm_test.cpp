@@ -115,8 +115,14 @@ void simulate_and_check(std::uint64_t seed) {
   }
 }
 
+/// Every third run loses packets of all kinds on the way, without any difference.
+std::string packet_loss(std::uint64_t seed) {
+  return seed % 3 == 0 ? fmt::format("transport: {{loss: {:.2f}}}\n", 0.01 + 0.01 * static_cast<double>(seed % 20)) : "";
+}
+
 void run_and_check(std::uint64_t seed) {
-  const swarm::Case drawn = swarm::Draw(seed)();
+  swarm::Case drawn = swarm::Draw(seed)();
+  drawn.yaml += packet_loss(seed);
   SCOPED_TRACE(replay(seed, drawn));
   try {
     const Experiment experiment = parse_experiment(drawn.yaml, "swarm.yaml", ".");

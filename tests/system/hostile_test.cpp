@@ -89,7 +89,7 @@ TEST(Hostile, WhatAStrangerWritesOnEveryTopicChangesNothingAndIsCountedAndNamed)
   EXPECT_GT(malformed, 0u);
   EXPECT_EQ(topics, (std::set<std::string>{"consort_actuation", "consort_assignment", "consort_command", "consort_grant",
                                            "consort_information", "consort_layout", "consort_measurement", "consort_plant_assignment",
-                                           "consort_presence", "consort_telemetry"}));
+                                           "consort_presence", "consort_standing", "consort_telemetry"}));
   const auto named = std::find_if(seen.keeper.events.begin(), seen.keeper.events.end(), [&](const std::string& event) {
     return event.find("stranger") != std::string::npos && event.find(seen.writer) != std::string::npos;
   });

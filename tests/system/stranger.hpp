@@ -24,6 +24,7 @@ DDS_TOPIC_TYPE(consort_wire_Actuation);
 DDS_TOPIC_TYPE(consort_wire_Layout);
 DDS_TOPIC_TYPE(consort_wire_Presence);
 DDS_TOPIC_TYPE(consort_wire_Telemetry);
+DDS_TOPIC_TYPE(consort_wire_Standing);
 DDS_TOPIC_TYPE(hostile_Plain);
 DDS_TOPIC_TYPE(hostile_Keyed);
 
@@ -98,6 +99,9 @@ class Stranger {
       member.initial = start;
       assignment_.write(encode(forged_assignment(epoch, member), arena));
     }
+    for (const std::uint32_t process : {0u, 1u, 2u})
+      standing_.write(encode(
+          Standing{epoch, process, kNever, {{AgentId{1}, kNever}}, {{AgentId{1}, round, kNever, 9}, {AgentId{0}, round, 9, 9}}}, arena));
     presence_.write(encode(Presence{0, epoch, State::failed, 1, "elsewhere", {}, 0, {}, {}, "forged"}, arena));
     PlantAssignment plant;
     plant.epoch = epoch;
@@ -138,6 +142,9 @@ class Stranger {
     information_.write(encode(Information{1, AgentId{1}, round, endless}));
     measurement_.write(encode(Measurement{1, round, endless}));
     actuation_.write(encode(Actuation{1, 1, round, endless}));
+    consort_wire_Standing standing = encode(Standing{1, 2, round, {{AgentId{1}, round}}, {}}, arena);
+    standing.rounds._length = 0;
+    standing_.write(standing);
     Assignment broken = forged_assignment(1, {});
     broken.dt = kNan;
     broken.parts = 0;
@@ -192,6 +199,7 @@ class Stranger {
   Pair<consort_wire_Information> information_{participant_, "consort_information", false};
   Pair<consort_wire_Measurement> measurement_{participant_, "consort_measurement", false};
   Pair<consort_wire_Actuation> actuation_{participant_, "consort_actuation", false};
+  Pair<consort_wire_Standing> standing_{participant_, "consort_standing", false};
   Pair<consort_wire_Layout> layout_{participant_, "consort_layout", true};
   Pair<consort_wire_Presence> presence_{participant_, "consort_presence", true};
   Pair<consort_wire_Telemetry> telemetry_{participant_, "consort_telemetry", true};

@@ -80,6 +80,20 @@ TEST(Granting, WhoJoinsForTheFirstTimeIsNotOneThatComesBack) {
   EXPECT_TRUE(pause->back.empty());
 }
 
+TEST(Granting, WhoHasLeftIsReleasedOnceEverybodyHasComeAsFar) {
+  const Experiment experiment = case_of("topology: ring\nevents: [{round: 100, leave: 4}]\n");
+  Granting granting(experiment, Seed{1}, 1);
+  EXPECT_EQ(granting.grant(0, 0.0).reached, 0u);
+  EXPECT_FALSE(granting.release(99)) << "agent 4 may have to send its message of round 99 again";
+  const auto news = granting.release(100);
+  ASSERT_TRUE(news);
+  EXPECT_EQ(news->reached, 100u);
+  EXPECT_EQ(news->until, granting.granted()) << "it grants nothing";
+  EXPECT_TRUE(news->segments.empty());
+  EXPECT_FALSE(granting.release(100)) << "once";
+  EXPECT_EQ(granting.grant(128, 0.2).reached, 128u);
+}
+
 TEST(Granting, EachGraphIsStatedOnceUntilSomebodyComesWhoHasNotHeardOfIt) {
   const Experiment experiment = case_of("topology: {periodic: [{topology: ring, rounds: 32}, {topology: complete, rounds: 32}]}\n");
   Granting granting(experiment, Seed{1}, 1);
