@@ -31,44 +31,53 @@ using dds::core::policy::Partition;
 using dds::core::policy::Reliability;
 
 // What a topic is called and how it is typed. All of these are reliable and keep-all: nothing that steers or records a run may be lost,
-// and the high watermark of dds::configuration keeps writes from blocking. All are transient-local too: a reader that is told of a match
-// before its connection is complete still gets what was written last, and nobody writes twice before the first was answered.
+// and the high watermark of dds::configuration keeps writes from blocking. All are transient-local too: a reader whose writer does not know
+// it yet, as packets of discovery were lost, still gets what was written last. Where two things may be written before anybody answers, such
+// a reader gets the last `kept`: who misses a report or a grant for good would keep everybody waiting.
+constexpr std::int32_t kOnlyTheNewest = 1, kAllThatWaits = 64;
 template <class T>
 struct TopicOf;
 template <>
 struct TopicOf<Assignment> {
   using Wire = consort_wire_Assignment;
   static constexpr const char* name = "consort_assignment";
+  static constexpr std::int32_t kept = kOnlyTheNewest;
 };
 template <>
 struct TopicOf<PlantAssignment> {
   using Wire = consort_wire_PlantAssignment;
   static constexpr const char* name = "consort_plant_assignment";
+  static constexpr std::int32_t kept = kOnlyTheNewest;
 };
 template <>
 struct TopicOf<Grant> {
   using Wire = consort_wire_Grant;
   static constexpr const char* name = "consort_grant";
+  static constexpr std::int32_t kept = kAllThatWaits;
 };
 template <>
 struct TopicOf<Command> {
   using Wire = consort_wire_Command;
   static constexpr const char* name = kCommandTopic;
+  static constexpr std::int32_t kept = kOnlyTheNewest;
 };
 template <>
 struct TopicOf<Layouts> {
   using Wire = consort_wire_Layout;
   static constexpr const char* name = "consort_layout";
+  static constexpr std::int32_t kept = kOnlyTheNewest;
 };
 template <>
 struct TopicOf<Presence> {
   using Wire = consort_wire_Presence;
   static constexpr const char* name = kPresenceTopic;
+  static constexpr std::int32_t kept = kOnlyTheNewest;
 };
 template <>
 struct TopicOf<Telemetry> {
   using Wire = consort_wire_Telemetry;
   static constexpr const char* name = "consort_telemetry";
+  static constexpr std::int32_t kept = kAllThatWaits;
 };
 constexpr const char* kInformationTopic = "consort_information";
 
@@ -77,9 +86,10 @@ constexpr Duration kWriteLimit =
     Duration::from_millisecs(10'000);  // reached only if the high watermark is: then it is an error, not a wait
 
 template <class Qos>
-Qos steering_qos() {
+Qos steering_qos(std::int32_t kept) {
   Qos qos;
-  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << Durability::TransientLocal() << DurabilityService{};
+  qos << Reliability::Reliable(kWriteLimit) << History::KeepAll() << Durability::TransientLocal()
+      << DurabilityService{.history = History::KeepLast(kept)};
   return qos;
 }
 
@@ -188,7 +198,7 @@ struct Writer<T>::Impl {
   explicit Impl(const Participant& participant, const dds::pub::qos::PublisherQos& where = {},
                 const Liveliness& liveliness = Liveliness::Automatic())
       : writer(dds::pub::Publisher(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::pub::qos::DataWriterQos>() << participant.badge(TopicOf<T>::name) << liveliness) {}
+               steering_qos<dds::pub::qos::DataWriterQos>(TopicOf<T>::kept) << participant.badge(TopicOf<T>::name) << liveliness) {}
   dds::pub::DataWriter<Wire> writer;
 };
 
@@ -225,7 +235,7 @@ struct Reader<T>::Impl {
        const dds::sub::qos::SubscriberQos& where = {})
       : gate(participant, TopicOf<T>::name, Gate::Kind::writers),
         reader(dds::sub::Subscriber(participant, where), dds::topic::Topic<Wire>(participant, TopicOf<T>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<T>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<T>::kept) << participant.badge(TopicOf<T>::name),
                listener(std::move(on_data), std::move(on_matched))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(T&&)> on_data, std::function<void(std::size_t)> on_matched) {
@@ -271,7 +281,7 @@ struct PresenceReader::Impl {
       : self(participant),
         gate(participant, TopicOf<Presence>::name, Gate::Kind::writers),
         reader(dds::sub::Subscriber(participant), dds::topic::Topic<Wire>(participant, TopicOf<Presence>::name),
-               steering_qos<dds::sub::qos::DataReaderQos>() << participant.badge(TopicOf<Presence>::name),
+               steering_qos<dds::sub::qos::DataReaderQos>(TopicOf<Presence>::kept) << participant.badge(TopicOf<Presence>::name),
                listener(std::move(on_data), std::move(on_liveliness))) {}
 
   dds::sub::DataReaderListener<Wire> listener(std::function<void(Presence&&)> on_data,

@@ -1,4 +1,4 @@
-/// The closed loop's topics: a measurement reaches the process it is for, and no other.
+/// The closed loop's topics: a measurement reaches the process it is for, and no other. What steers or records a run reaches who is late.
 
 #include "idl/wire.hpp"
 #include "tests/dds/ping.hpp"
@@ -79,6 +79,24 @@ TEST_F(TwoSides, ActuationsOfEveryProcessReachThePlant) {
   ASSERT_TRUE(at_plant.holds(2007, [&] { two.write({1, 2, 7, control}); }));
   ASSERT_TRUE(at_plant.holds(3008, [&] { three.write({1, 3, 8, control}); }));
   EXPECT_EQ(at_plant.values(), control);
+}
+
+// A process that comes back into a run runs its rounds while packets of discovery may be lost: the orchestrator's reader, or its own, is
+// not known yet, and more than one report, or grant, can have been written by then.
+TEST_F(TwoSides, WhatWasWrittenBeforeItsReaderIsKnownReachesItWhole) {
+  Writer<Telemetry> reports(here.participant);
+  Writer<Grant> grants(here.participant);
+  for (const Round k : {1u, 2u, 3u}) {
+    reports.write({.process = 1, .epoch = 1, .last = false, .members = {}, .links = {}, .round = k});
+    grants.write({1, k, k, {}});
+  }
+  Received reported, granted;
+  const Reader<Telemetry> hears_reports(there.participant, [&](Telemetry&& report) { reported.add(report.round, {}); });
+  const Reader<Grant> hears_grants(there.participant, [&](Grant&& grant) { granted.add(grant.until, {}); });
+  ASSERT_TRUE(reported.holds(3, [] {}));
+  ASSERT_TRUE(granted.holds(3, [] {}));
+  EXPECT_EQ(reported.rounds(), (std::vector<Round>{1, 2, 3}));
+  EXPECT_EQ(granted.rounds(), (std::vector<Round>{1, 2, 3}));
 }
 
 }  // namespace
