@@ -12,13 +12,13 @@
 namespace consort {
 namespace {
 
-constexpr std::size_t kWidth = 80, kMargin = 4, kNameWidth = 22;
+constexpr std::size_t kLineWidth = 80, kMargin = 4, kNameWidth = 22;
 
 std::string indented(const std::string& text, std::size_t margin) {
   std::string out;
   std::istringstream paragraphs(text);
   for (std::string paragraph; std::getline(paragraphs, paragraph);) {
-    for (const auto& line : wrapped(paragraph, kWidth - margin)) out += line.empty() ? "\n" : std::string(margin, ' ') + line + "\n";
+    for (const auto& line : wrapped(paragraph, kLineWidth - margin)) out += line.empty() ? "\n" : std::string(margin, ' ') + line + "\n";
   }
   return out;
 }
@@ -29,7 +29,7 @@ std::string entry(const std::string& name, const std::string& meaning) {
   const std::size_t column = kMargin + kNameWidth;
   const bool fits = shown_width(name) + 2 <= kNameWidth;
   out += fits ? std::string(kNameWidth - shown_width(name), ' ') : "\n" + std::string(column, ' ');
-  const auto lines = wrapped(meaning, kWidth - column);
+  const auto lines = wrapped(meaning, kLineWidth - column);
   for (std::size_t i = 0; i < lines.size(); ++i) out += (i == 0 ? "" : std::string(column, ' ')) + lines[i] + "\n";
   return out;
 }

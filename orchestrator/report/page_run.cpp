@@ -2,6 +2,8 @@
 
 #include "core/stop.hpp"
 #include "orchestrator/report/curves.hpp"
+#include "orchestrator/report/page_nees.hpp"
+#include "orchestrator/report/page_plane.hpp"
 
 #include <fmt/format.h>
 
@@ -20,7 +22,6 @@ using Numbers = std::span<const double>;  // of one report: agents x columns
 
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kMostCharts = 12;
-constexpr std::size_t kMostFrames = 120, kMostInPlane = 100, kMostEstimatesInPlane = 12;
 constexpr std::array kShares{0.05, 0.5, 0.95};
 
 // A number of each agent, over time.
@@ -34,7 +35,8 @@ struct Plot {
 
 class RunPage {
  public:
-  RunPage(const RecordedRun& run, Seconds dt, const RunValues& values) : run_(run), dt_(dt), values_(values), outline_(outline_of(run)) {
+  RunPage(const RecordedRun& run, Seconds dt, const RunValues& values)
+      : run_(run), dt_(dt), values_(values), outline_(outline_of(run)), plane_(run, outline_.truth) {
     plan();
   }
 
@@ -44,7 +46,6 @@ class RunPage {
     const std::size_t most = std::clamp<std::size_t>(numbers / std::max<std::size_t>(1, curves), 24, 1500);
     Decimation decimation(curves, run_.reports, most);
     std::vector<double> row(curves), all(run_.agents);
-    std::size_t report = 0;
     run_.for_each([&](Round k, Numbers report_numbers) {
       std::size_t at = 0;
       for (const Plot& plot : plots_) {
@@ -59,7 +60,7 @@ class RunPage {
       const double time = k * dt_;
       decimation.add(time, row);
       add_presence(time, report_numbers);
-      note_frame(report++, time, report_numbers);
+      plane_.add(time, report_numbers);
     });
     Curves done = decimation.finish();
     Json json{{"run", run_.run},         {"protocol", run_.protocol}, {"seed", run_.seed},  {"agents", run_.agents},
@@ -67,7 +68,7 @@ class RunPage {
               {"charts", Json::array()}, {"strips", strips()},        {"undrawn", undrawn_}};
     std::size_t at = 0;
     for (const Plot& plot : plots_) json["charts"].push_back(chart(plot, at));
-    if (!frames_.empty()) json["plane"] = plane();
+    if (Json plane = plane_.finish(); !plane.is_null()) json["plane"] = std::move(plane);
     return json;
   }
 
@@ -113,6 +114,28 @@ class RunPage {
     };
     const char* what = outline_.truth == Truth::everybody ? "norm of its errors about everybody" : "norm of its error";
     add({"estimation error", what, true, error, {}});
+    if (outline_.truth == Truth::state) plan_consistency(estimate, plant);
+  }
+
+  // Whether the covariance that an estimator claims is that of its error.
+  void plan_consistency(const std::vector<std::size_t>& estimate, const std::vector<std::size_t>& plant) {
+    std::vector<std::size_t> claimed;
+    for (const std::size_t c : estimate)
+      if (run_.columns[c].field == "P") claimed.push_back(c);
+    if (claimed.size() != plant.size() * plant.size()) return;
+    const auto value = [=, this](std::size_t i, Numbers all) {
+      std::vector<double> error, covariance;
+      for (std::size_t c = 0; c < plant.size(); ++c) error.push_back(at(all, i, estimate[c]) - at(all, i, plant[c]));
+      for (const std::size_t c : claimed) covariance.push_back(at(all, i, c));
+      return nees(error, covariance);
+    };
+    const auto [low, high] = nees_band(plant.size());
+    add({"NEES",
+         "e^T P^-1 e; 95 % lie between the lines where P is the covariance of the error e",
+         true,
+         value,
+         {},
+         Json::array({Json{{"name", "2.5 %"}, {"value", low}}, Json{{"name", "97.5 %"}, {"value", high}}})});
   }
 
   void plan_fields(std::string_view kind) {
@@ -229,55 +252,6 @@ class RunPage {
     return all;
   }
 
-  // --- the plane -------------------------------------------------------------------------------------------------------
-
-  void note_frame(std::size_t report, double time, Numbers all) {
-    if (report == 0) plan_plane();
-    if (position_.size() != 2) return;
-    const std::size_t stride = std::max<std::size_t>(1, (run_.reports + kMostFrames - 1) / kMostFrames);
-    if (report % stride != 0 && report + 1 != run_.reports) return;
-    Json truth = Json::array(), seen = Json::array();
-    const auto point = [&](std::size_t i, std::size_t x, std::size_t y) {
-      const double a = at(all, i, x), b = at(all, i, y);
-      return std::isfinite(a) && std::isfinite(b) ? Json{a, b} : Json();
-    };
-    for (std::size_t i = 0; i < run_.agents; ++i) {
-      truth.push_back(point(i, position_[0], position_[1]));
-      if (estimates_.empty()) continue;
-      Json of_one = Json::array();
-      for (const auto& [x, y] : estimates_) of_one.push_back(point(i, x, y));
-      seen.push_back(std::move(of_one));
-    }
-    Json frame{{"time", time}, {"truth", std::move(truth)}};
-    if (!estimates_.empty()) frame["seen"] = std::move(seen);
-    frames_.push_back(std::move(frame));
-  }
-
-  // A plant with a position of two coordinates lies in the plane; so do estimates of two numbers where there is no plant.
-  void plan_plane() {
-    if (run_.agents > kMostInPlane) return;
-    const auto plant = run_.of_kind("plant"), estimate = run_.of_kind("estimate");
-    std::vector<std::size_t> places;  // among the plant's numbers
-    for (std::size_t c = 0; c < plant.size(); ++c)
-      if (run_.columns[plant[c]].field == "position") places.push_back(c);
-    if (places.size() == 2) {
-      position_ = {plant[places[0]], plant[places[1]]};
-      if (outline_.truth == Truth::state) estimates_.emplace_back(estimate[places[0]], estimate[places[1]]);
-      if (outline_.truth == Truth::everybody && run_.agents <= kMostEstimatesInPlane)
-        for (std::size_t j = 0; j < run_.agents; ++j)
-          estimates_.emplace_back(estimate[j * plant.size() + places[0]], estimate[j * plant.size() + places[1]]);
-    } else if (plant.empty()) {
-      std::vector<std::size_t> x;
-      for (const std::size_t c : estimate)
-        if (run_.columns[c].field == "x") x.push_back(c);
-      if (x.size() == 2) position_ = x;
-    }
-  }
-
-  [[nodiscard]] Json plane() const {
-    return {{"truth", !run_.of_kind("plant").empty()}, {"everybody", outline_.truth == Truth::everybody}, {"frames", frames_}};
-  }
-
   const RecordedRun& run_;
   Seconds dt_;
   const RunValues& values_;
@@ -286,9 +260,7 @@ class RunPage {
   Json undrawn_ = Json::array();
   std::vector<std::vector<std::pair<std::pair<double, double>, bool>>> presence_;  // by agent: spans, and whether it is over
   double ends_ = 0.0;
-  std::vector<std::size_t> position_;
-  std::vector<std::pair<std::size_t, std::size_t>> estimates_;
-  std::vector<Json> frames_;
+  PagePlane plane_;
 };
 
 }  // namespace

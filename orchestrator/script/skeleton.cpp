@@ -13,9 +13,9 @@ namespace {
 bool is_word(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '.'; }
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
-class Reader {
+class SkeletonReader {
  public:
-  explicit Reader(std::string_view text) : text_(text) {}
+  explicit SkeletonReader(std::string_view text) : text_(text) {}
 
   Skeleton read() {
     begin_line();
@@ -156,7 +156,7 @@ class Reader {
 
 }  // namespace
 
-Skeleton skeleton_of(std::string_view text) { return Reader(text).read(); }
+Skeleton skeleton_of(std::string_view text) { return SkeletonReader(text).read(); }
 
 bool begins_with_key(std::string_view line) {
   std::size_t at = line.find_first_not_of(" -");

@@ -377,8 +377,9 @@ function runSection(data) {
     if (run.events.length) parts.push(element('details', {open: run.events.length <= 12}, element('summary', {}, plural(run.events.length, 'event')),
       table(['time (s)', 'round', 'event', ''], run.events.map((one) => [number(one.time), one.round, one.kind, one.text]), 'Events')));
     const {totals, links, network: carried, agents, processes} = run.messages;
-    parts.push(rowsOf(totals, 'messages of all agents'), rowsOf(agents, 'messages of each agent'), rowsOf(links, 'links, those that lost most first'),
-      rowsOf(carried, 'what the network did to them'), rowsOf(processes, 'processes (0: the plant); times in s'));
+    const tables = [rowsOf(totals, 'messages of all agents'), rowsOf(agents, 'messages of each agent'), rowsOf(links, 'links, those that lost most first'),
+      rowsOf(carried, 'what the network did to them'), rowsOf(processes, 'processes (0: the plant); times in s')].filter(Boolean);
+    if (tables.length) parts.push(element('div', {class: 'tables'}, ...tables));
     place.replaceChildren(...parts.filter(Boolean));
     flush();
   };

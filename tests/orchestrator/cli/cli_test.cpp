@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -37,7 +38,7 @@ struct Answer {
 /// The real program in a folder of its own.
 class Cli : public testing::Test {
  protected:
-  /// Starts consort; `prepare` runs in the child before it.
+  /// Starts consort; `prepare` runs in the child before it. It does not outlive the tests, whatever becomes of them.
   pid_t start(std::vector<std::string> arguments, const std::function<void()>& prepare = {}) {
     arguments.insert(arguments.begin(), std::string(kBinDir) + "/consort");
     const pid_t child = ::fork();
@@ -48,6 +49,7 @@ class Cli : public testing::Test {
     const int out = ::open((streams_.path() / "out").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
     const int err = ::open((streams_.path() / "err").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
     if (::chdir(folder_.path().c_str()) != 0 || ::dup2(out, STDOUT_FILENO) < 0 || ::dup2(err, STDERR_FILENO) < 0) ::_exit(126);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (prepare) prepare();
     ::execv(words.front(), words.data());
     ::_exit(127);
@@ -429,9 +431,9 @@ bool estimates_are_written(const std::filesystem::path& record) {
   }
 }
 
-/// Waits until `condition` holds; false after a minute.
+/// Waits until `condition` holds; false after minutes, as a busy host may take them.
 bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(5);
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::yield();
