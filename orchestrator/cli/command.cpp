@@ -85,6 +85,8 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
   verbs_.push_back(make_export_verb(app_));
   verbs_.push_back(make_report_verb(app_));
   verbs_.push_back(make_watch_verb(app_));
+  verbs_.push_back(make_diff_verb(app_));
+  verbs_.push_back(make_replay_verb(app_));
   for (CLI::App* verb : app_.get_subcommands({})) verb->set_help_flag("-h,--help", "Show this page.");
 }
 

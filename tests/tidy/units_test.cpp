@@ -34,6 +34,7 @@ const std::map<std::string, std::string>& held_elsewhere() {
       {"models/", "tests/models/physics_test.cpp"},
       {"orchestrator/cli/", "tests/orchestrator/cli/cli_test.cpp"},
       {"orchestrator/cli/link_schema", "tests/orchestrator/cli/tables_test.cpp"},
+      {"orchestrator/report/comparison_text", "tests/orchestrator/report/comparison_test.cpp"},
       {"orchestrator/report/deviation_curve", "tests/page/page_test.cpp"},
       {"orchestrator/report/page", "tests/page/page_test.cpp"},
       {"orchestrator/report/portrait", "tests/orchestrator/cli/cli_test.cpp"},
