@@ -27,8 +27,8 @@ std::string shell_word(const std::string& text) {
 std::vector<std::string> commands_by_hand(const Experiment& experiment, const RunOptions& options) {
   constexpr std::size_t kMost = 20;
   std::vector<std::string> lines;
-  const std::string common = fmt::format("--run {} --domain {}{} --wait {:g}", shell_word(options.run_name), options.domain,
-                                         options.interface == "lo" ? "" : " --interface " + options.interface, kWaitByHand);
+  const std::string common = fmt::format("--run {} --domain {} --interface {} --wait {:g}", shell_word(options.run_name), options.domain,
+                                         options.interface, kWaitByHand);
   const std::string key = fmt::format("{}={}", kRunKeyVariable, shell_word(options.key));
   if (options.external_plant) lines.push_back(fmt::format("waiting for the plant: {} consort-plant {}", key, common));
   if (options.external.empty()) return lines;

@@ -385,6 +385,7 @@ TEST_F(Cli, QuietTellsWhatExternalProcessesAreToBeEnteredWith) {
   const Answer answer = consort({"run", "ring.yaml", "--mode", "lockstep", "--external", "2", "--quiet", "--json", "--output", "out"});
   EXPECT_EQ(answer.code, 4);
   EXPECT_EQ(answer.err.find("waiting for agent 2: CONSORT_KEY="), 0u) << answer.err;
+  expect_contains(answer.err, " --interface lo ");
   EXPECT_EQ(nlohmann::json::parse(answer.out)["ending"], "deadline");
 }
 
