@@ -123,6 +123,19 @@ TEST(GuideText, NamesEveryKeyOfAnExperiment) {
   for (const std::string& key : keys) EXPECT_TRUE(std::regex_search(code, std::regex("\\b" + key + "\\b"))) << key;
 }
 
+/// What a CI server is to do is what the page has typed, and so what has run here.
+TEST(GuideText, ExamplesOfContinuousIntegrationTestAsIsTyped) {
+  std::set<std::string> typed, servers;
+  static const std::regex line("consort test [^\n]*");
+  for (const Block& block : blocks_in("docs/ci.md"))
+    for (auto it = std::sregex_iterator(block.text.begin(), block.text.end(), line); it != std::sregex_iterator(); ++it) {
+      if (block.language == "sh") typed.insert(it->str());
+      if (block.language == "yml") servers.insert(block.title + " " + it->str());
+    }
+  ASSERT_EQ(typed.size(), 1U);
+  EXPECT_EQ(servers, (std::set{".gitlab-ci.yml " + *typed.begin(), ".github/workflows/experiments.yml " + *typed.begin()}));
+}
+
 TEST(GuideBlocks, MostAreRun) {
   int run = 0, not_run = 0;
   for (const std::string& page : pages())

@@ -59,9 +59,9 @@ inline std::vector<Block> blocks_of(const std::string& page) {
   return blocks;
 }
 
-/// README and the guide, relative to the project; ascending.
+/// README, the guide and the page on continuous integration, relative to the project; ascending.
 inline std::vector<std::string> pages() {
-  std::vector<std::string> found{"README.md"};
+  std::vector<std::string> found{"README.md", "docs/ci.md"};
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(kSourceDir) / "docs/guide"))
     found.push_back("docs/guide/" + entry.path().filename().string());
   std::sort(found.begin(), found.end());

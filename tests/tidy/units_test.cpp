@@ -36,6 +36,7 @@ const std::map<std::string, std::string>& held_elsewhere() {
       {"orchestrator/cli/link_schema", "tests/orchestrator/cli/tables_test.cpp"},
       {"orchestrator/report/comparison_text", "tests/orchestrator/report/comparison_test.cpp"},
       {"orchestrator/report/deviation_curve", "tests/page/page_test.cpp"},
+      {"orchestrator/report/junit", "tests/orchestrator/report/tested_test.cpp"},
       {"orchestrator/report/page", "tests/page/page_test.cpp"},
       {"orchestrator/report/portrait", "tests/orchestrator/cli/cli_test.cpp"},
       {"orchestrator/report/record", "tests/orchestrator/report/record_test.cpp"},

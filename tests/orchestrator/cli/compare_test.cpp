@@ -1,9 +1,11 @@
-/// `consort diff` and `consort replay`, with the real program.
+/// `consort diff`, `replay` and `test`, with the real program.
 
 #include "tests/support/program.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+
+#include <csignal>
 
 namespace consort {
 namespace {
@@ -56,6 +58,39 @@ TEST_F(Compare, AnotherSeedPartsInARoundThatIsNamed) {
   EXPECT_EQ(out_, "");
   EXPECT_EQ(consort({"diff", at("first"), at("second"), "--tolerance", "much"}), 2);
   EXPECT_NE(err_.find("found 'much'; allowed: "), std::string::npos) << err_;
+}
+
+TEST_F(Compare, TestsAreCasesInAJunitReportAndBaselinesForLater) {
+  run("first");  // writes ring.yaml
+  std::filesystem::create_directory(folder_.path() / "all");
+  std::filesystem::rename(at("ring.yaml"), at("all/ring.yaml"));
+  folder_.write("all/broken.yaml", "experiment: broken\ntopology: ]]><&\n");
+  EXPECT_EQ(consort({"test", at("all/ring.yaml"), "--mode", "simulate", "--output", at("base"), "--quiet"}), 0) << err_;
+  EXPECT_EQ(consort({"test", at("all"), "--jobs", "2", "--mode", "simulate", "--output", at("now"), "--baseline", at("base"), "--junit",
+                     at("report.xml")}),
+            2)
+      << "one is no experiment; " << out_ << err_;
+  EXPECT_NE(out_.find("2 experiments, 4 cases: 3 passed, 0 failed, 1 error, 0 skipped"), std::string::npos) << out_;
+  const std::string report = text_of(folder_.path() / "report.xml");
+  EXPECT_NE(report.find("name=\"disagreement &lt; 1\""), std::string::npos) << report;
+  EXPECT_NE(report.find("name=\"as the baseline\""), std::string::npos) << report;
+  EXPECT_NE(report.find("consensus value"), std::string::npos) << "the table is its output";
+  EXPECT_EQ(consort({"test", at("all/ring.yaml"), "--tolerance", "1%"}), 2) << "a tolerance of nothing";
+}
+
+TEST_F(Compare, ATestThatIsInterruptedEndsItsRunsAndReports) {
+  folder_.write(
+      "endless.yaml",
+      "experiment: endless\nmode: simulate\nrounds: 1000000000\nagents: {count: 3, protocol: local_voting, initial: {x: [0, 1, 5]}}\n"
+      "topology: ring\ntelemetry: {every: 1000000}\n");
+  Program program(folder_, "consort", {"test", at("endless.yaml"), "--output", at("now"), "--junit", at("report.xml")});
+  ASSERT_TRUE(eventually([&] { return std::filesystem::exists(at("now/endless/record.sqlite")); })) << program.err();
+  const auto children = program.children();
+  ASSERT_EQ(children.size(), 1U);
+  program.signal(SIGTERM);
+  EXPECT_EQ(program.wait(), 143);
+  EXPECT_FALSE(runs(children.front()));
+  EXPECT_NE(text_of(folder_.path() / "report.xml").find("errors=\"1\""), std::string::npos);
 }
 
 }  // namespace
