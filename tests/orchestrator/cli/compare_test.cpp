@@ -1,4 +1,4 @@
-/// `consort diff`, `replay` and `test`, with the real program.
+/// What is done with results: `consort diff`, `replay`, `test` and `results`, with the real program.
 
 #include "tests/support/program.hpp"
 
@@ -91,6 +91,25 @@ TEST_F(Compare, ATestThatIsInterruptedEndsItsRunsAndReports) {
   EXPECT_EQ(program.wait(), 143);
   EXPECT_FALSE(runs(children.front()));
   EXPECT_NE(text_of(folder_.path() / "report.xml").find("errors=\"1\""), std::string::npos);
+}
+
+TEST_F(Compare, ResultsAreListedShownExportedAndPruned) {
+  run("some/first");
+  run("some/second");
+  ASSERT_EQ(consort({"results", "list", at("some"), "--json"}), 0) << err_;
+  const auto list = nlohmann::json::parse(out_);
+  ASSERT_EQ(list.size(), 2U);
+  EXPECT_EQ(list[0]["verdict"], "passed");
+  EXPECT_EQ(list[0]["seed"], "3");
+  EXPECT_GT(list[0]["bytes"], 1000);
+  EXPECT_EQ(consort({"results", "show", at("some/first")}), 0) << err_;
+  EXPECT_NE(out_.find("disagreement < 1"), std::string::npos) << out_;
+  EXPECT_EQ(consort({"results", "prune", at("some")}), 2) << "it has to be said what may go";
+  EXPECT_EQ(consort({"results", "prune", at("some"), "--keep", "0"}), 2) << "there is nobody to ask";
+  EXPECT_NE(err_.find("allowed: --yes"), std::string::npos) << err_;
+  EXPECT_EQ(consort({"results", "prune", at("some"), "--keep", "0", "--yes"}), 0) << err_;
+  EXPECT_FALSE(std::filesystem::exists(at("some/second")));
+  EXPECT_FALSE(std::filesystem::exists(at("some/first")));
 }
 
 }  // namespace
