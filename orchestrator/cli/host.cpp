@@ -1,17 +1,14 @@
-#include "core/counted.hpp"
 #include "io/standard_streams.hpp"
 #include "orchestrator/cli/help.hpp"
 #include "orchestrator/cli/verbs.hpp"
 
 #include "orchestrator/cli/doctor.hpp"
-#include "orchestrator/report/export.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <filesystem>
 
 namespace consort {
 namespace {
@@ -59,49 +56,8 @@ class DoctorVerb : public Verb {
   std::string interface_ = "lo";
 };
 
-class ExportVerb : public Verb {
- public:
-  explicit ExportVerb(CLI::App& parent) : Verb(*parent.add_subcommand("export", "")) {
-    document(
-        app_,
-        "write a run's record as plain text\n"
-        "Writes one file per table of DIR/record.sqlite to DIR/csv/: experiment, runs, agents, estimates, columns, metrics, results, "
-        "criteria, segments, edges, links, network, processes, events. The first line names the columns, numbers read back exactly, an "
-        "empty field is a value that is not there. The record of a run that crashed is exported up to its last commit; records of "
-        "older versions are read as they are, and where their words meant something else is said on standard error. "
-        "`sqlite3 DIR/record.sqlite .schema` explains every column.",
-        {{"consort export results/meet_for_dinner-20250131-194500",
-          "Writes results/meet_for_dinner-20250131-194500/csv/estimates.csv and its siblings."}},
-        {{"0", "written"}, {"2", "the folder holds no record"}, {"3", "reading or writing failed"}});
-    app_.add_option("folder", folder_, "The output folder of a run.")->required()->type_name("DIR");
-    app_.add_flag("--csv", csv_, "Comma-separated values (RFC 4180): the only format there is, and the default.");
-    add_output_flags("Print which files were written, and their rows, as JSON.",
-                     "Print nothing: the exit code says whether all is written.");
-  }
-
-  Exit execute() override {
-    const Exported exported = export_csv(folder_);
-    nlohmann::ordered_json json{{"format", exported.format}, {"files", nlohmann::ordered_json::array()}};
-    std::string text;
-    for (const ExportedTable& table : exported.tables) {
-      json["files"].push_back(nlohmann::ordered_json{{"file", table.file.string()}, {"rows", table.rows}});
-      text += fmt::format("{}  {} {}\n", table.file.string(), grouped(table.rows), noun(table.rows, "row"));
-    }
-    json["remarks"] = exported.remarks;
-    show(text, dumped(json) + "\n");
-    if (!json_ && !quiet_)
-      for (const std::string& remark : exported.remarks) streams::tell(fmt::format("{}\n", remark));
-    return Exit::ok;
-  }
-
- private:
-  std::filesystem::path folder_;
-  bool csv_ = true;
-};
-
 }  // namespace
 
 std::unique_ptr<Verb> make_doctor_verb(CLI::App& parent) { return std::make_unique<DoctorVerb>(parent); }
-std::unique_ptr<Verb> make_export_verb(CLI::App& parent) { return std::make_unique<ExportVerb>(parent); }
 
 }  // namespace consort

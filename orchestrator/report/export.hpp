@@ -1,5 +1,7 @@
 #pragma once
-/// The record as plain text for other programs.
+/// The record for other programs.
+
+#include "orchestrator/report/tables.hpp"
 
 #include <filesystem>
 #include <string>
@@ -7,20 +9,20 @@
 
 namespace consort {
 
-struct ExportedTable {
-  std::filesystem::path file;
-  std::size_t rows = 0;
-};
+enum class ExportFormat { csv, json, mat, graphml };
+/// tables: as the record has them; tall: a row per number of an agent and round; wide: a row per round, a column per number of an agent.
+enum class ExportShape { tables, tall, wide };
 
 struct Exported {
   int format = 0;  ///< of the record
-  std::vector<ExportedTable> tables;
+  std::vector<WrittenTable> tables;
   std::vector<std::string> remarks;  ///< what a reader should know: runs that did not end, words of older formats that mean something else
 };
 
-/// Writes every table of `folder`/record.sqlite to `folder`/csv/<table>.csv (RFC 4180, a header line, numbers that read back exactly, NULL
-/// as nothing). Throws ConfigError if `folder` holds no record, or one of a format that is not known here; RunError if reading or writing
-/// fails.
-Exported export_csv(const std::filesystem::path& folder);
+/// Writes `folder`/record.sqlite to `folder`/csv, json, mat or graphml, one file per table or graph (see the sinks of tables.hpp). Throws
+/// ConfigError if `folder` holds no record, one of a format that is not known here, or one that does not hold what the shape needs;
+/// RunError if reading or writing fails.
+Exported export_record(const std::filesystem::path& folder, ExportFormat format = ExportFormat::csv,
+                       ExportShape shape = ExportShape::tables);
 
 }  // namespace consort

@@ -1,4 +1,4 @@
-/// What is done with results: `consort diff`, `replay`, `test` and `results`, with the real program.
+/// What is done with results: `consort diff`, `replay`, `test`, `results`, `export`, with the real program.
 
 #include "tests/support/program.hpp"
 
@@ -104,6 +104,9 @@ TEST_F(Compare, ResultsAreListedShownExportedAndPruned) {
   EXPECT_GT(list[0]["bytes"], 1000);
   EXPECT_EQ(consort({"results", "show", at("some/first")}), 0) << err_;
   EXPECT_NE(out_.find("disagreement < 1"), std::string::npos) << out_;
+  EXPECT_EQ(consort({"export", at("some/first"), "--format", "mat", "--shape", "wide"}), 0) << err_;
+  EXPECT_NE(out_.find("wide_0.mat  61 rows"), std::string::npos) << out_;
+  EXPECT_EQ(consort({"export", at("some/first"), "--format", "graphml", "--shape", "long"}), 2);
   EXPECT_EQ(consort({"results", "prune", at("some")}), 2) << "it has to be said what may go";
   EXPECT_EQ(consort({"results", "prune", at("some"), "--keep", "0"}), 2) << "there is nobody to ask";
   EXPECT_NE(err_.find("allowed: --yes"), std::string::npos) << err_;

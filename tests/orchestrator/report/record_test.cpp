@@ -212,7 +212,7 @@ TEST(Record, KilledProcessLosesNothingThatWasFlushed) {
   EXPECT_EQ(number(database, "SELECT ended IS NULL FROM runs"), 1);
   EXPECT_EQ(text(database, "SELECT name FROM experiment WHERE ended IS NULL"), "small") << "what it was of is known";
   EXPECT_EQ(number(database, "SELECT count(*) FROM edges"), 20);
-  const Exported exported = export_csv(folder.path());
+  const Exported exported = export_record(folder.path());
   ASSERT_EQ(exported.remarks.size(), 1u);
   EXPECT_NE(exported.remarks[0].find("run 0 (local_voting, seed 1) did not reach its end; it is recorded up to round "), std::string::npos)
       << exported.remarks[0];
@@ -371,7 +371,7 @@ TEST(Record, OfAnOlderFormatIsExportedAndWhatItsWordsMeantIsSaid) {
     Database older(folder.path() / "record.sqlite", Database::Open::create);
     older.run(text_of_file(std::filesystem::path(kSourceDir) / "tests/golden/record_format_1.sql"));
   }
-  const Exported exported = export_csv(folder.path());
+  const Exported exported = export_record(folder.path());
   EXPECT_EQ(exported.format, 1);
   EXPECT_EQ(exported.tables.size(), 7u);
   ASSERT_EQ(exported.remarks.size(), 2u);
@@ -390,7 +390,7 @@ TEST(Record, OfANewerFormatOrOfSomebodyElseIsRefused) {
       other.run("CREATE TABLE a (b); PRAGMA user_version = " + std::to_string(version));
     }
     try {
-      export_csv(folder.path());
+      export_record(folder.path());
       FAIL() << version;
     } catch (const ConfigError& error) {
       EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
@@ -402,7 +402,7 @@ TEST(Record, WhatIsNoDatabaseIsNoRecord) {
   const ScratchFolder folder;
   std::ofstream(folder.path() / "record.sqlite") << std::string(5000, 'x');
   try {
-    export_csv(folder.path());
+    export_record(folder.path());
     FAIL();
   } catch (const ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find("record.sqlite: is no record of consort"), std::string::npos) << error.what();

@@ -340,7 +340,7 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
     record.event(job, 0, "cut", "1 -> 2, \"both\"");
   }
   std::vector<std::string> names;
-  for (const auto& table : export_csv(scratch.path()).tables) names.push_back(table.file.filename().string());
+  for (const auto& table : export_record(scratch.path()).tables) names.push_back(table.file.filename().string());
   std::sort(names.begin(), names.end());
   EXPECT_EQ(names, (std::vector<std::string>{"agents.csv", "columns.csv", "criteria.csv", "edges.csv", "estimates.csv", "events.csv",
                                              "experiment.csv", "links.csv", "metrics.csv", "network.csv", "processes.csv", "results.csv",
@@ -352,7 +352,7 @@ TEST(Export, WritesEveryTableSoThatItReadsBack) {
 
 TEST(Export, FolderWithoutRecordIsRefused) {
   const ScratchFolder scratch;
-  EXPECT_THROW(export_csv(scratch.path()), ConfigError);
+  EXPECT_THROW(export_record(scratch.path()), ConfigError);
 }
 
 }  // namespace

@@ -1,0 +1,68 @@
+#include "orchestrator/report/tables.hpp"
+
+#include "core/errors.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace consort {
+namespace {
+
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"') result += '"';
+    result += c;
+  }
+  return result + '"';
+}
+
+class CsvTables : public TableSink {
+ public:
+  explicit CsvTables(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  std::filesystem::path begin(const std::string& table, const std::vector<std::string>& columns) override {
+    file_ = folder_ / (table + ".csv");
+    out_.open(file_, std::ios::binary | std::ios::trunc);
+    for (std::size_t c = 0; c < columns.size(); ++c) text_ += (c > 0 ? "," : "") + csv_text(columns[c]);
+    text_ += '\n';
+    return file_;
+  }
+
+  void row(std::span<const TableCell> cells) override {
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      if (c > 0) text_ += ',';
+      if (const auto* text = std::get_if<std::string>(&cells[c])) text_ += csv_text(*text);
+      if (const auto* whole = std::get_if<std::int64_t>(&cells[c])) fmt::format_to(std::back_inserter(text_), "{}", *whole);
+      // The shortest text that reads back exactly.
+      if (const auto* real = std::get_if<double>(&cells[c])) fmt::format_to(std::back_inserter(text_), "{}", *real);
+    }
+    text_ += '\n';
+    if (text_.size() > (1U << 20U)) flush();
+  }
+
+  void end() override {
+    flush();
+    out_.close();
+    if (!out_) throw RunError("cannot write " + file_.string());
+  }
+
+ private:
+  void flush() {
+    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
+    text_.clear();
+  }
+
+  std::filesystem::path folder_, file_;
+  std::ofstream out_;
+  std::string text_;
+};
+
+}  // namespace
+
+std::unique_ptr<TableSink> csv_tables(std::filesystem::path folder) { return std::make_unique<CsvTables>(std::move(folder)); }
+
+}  // namespace consort
