@@ -9,12 +9,13 @@ SOURCES = git ls-files '*.cpp' '*.hpp'
 FILES ?= $$(git ls-files '*.cpp' ':!tests')
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-tests configure configure-tests build run test experiments soak bench fuzz docs tables format format-check tidy \
+.PHONY: help setup setup-tests configure configure-tests build run test experiments test-hosts soak bench fuzz docs tables format format-check tidy \
   cppcheck lint hooks clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
 	@echo 'make test     set up, build, and run every test'
+	@echo 'make test-hosts  the tests of runs over several hosts: as root, in network namespaces with a real sshd in each'
 	@echo 'make experiments  set up, build, and run every shipped experiment in full, in both modes; a table of criteria and times'
 	@echo 'make soak     random experiments with real processes until one fails or you stop it (SEED=N begins there)'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
@@ -59,6 +60,14 @@ run: build
 test: configure-tests
 	@cmake --build --preset $(PRESET) --parallel $(JOBS)
 	@ctest --preset $(PRESET) --parallel $(JOBS)
+
+# Where root, namespaces or a program is missing, the tests say so and fail.
+test-hosts: configure-tests
+ifneq ($(SETUP),no)
+	@deploy/setup.sh --list deploy/packages-hosts.txt
+endif
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target hosts_tests
+	@$(BUILD)/bin/hosts_tests --gtest_brief=1
 
 experiments: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target experiments

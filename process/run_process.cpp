@@ -22,6 +22,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <cstdlib>
+#include <iostream>
 #include <limits>
 #include <mutex>
 #include <new>
@@ -61,7 +62,7 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
   whole("--port", options.port, 1024, 65000,
         "neighbours discovery: own UDP port; multicast: first of those of the run (default: those of the domain)");
   app.add_option("--neighbour-ports", options.neighbour_ports,
-                 "neighbours discovery: UDP ports on this host to announce to, comma separated");
+                 "neighbours discovery: UDP ports to announce to, comma separated; ADDRESS:PORT on other hosts");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
   whole("--first-epoch", options.first_epoch, 0, kMost, "of who comes back: the run of the session in which it does");
   whole("--first-round", options.first_round, 0, kMost, "and the round; what its earlier stay was told is left alone");
@@ -74,6 +75,7 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
          "how long to look for the run, in seconds; 0: for ever")
       ->default_str("60");
   app.add_option("--build", options.build, "of the orchestrator that starts this process; another one is refused");
+  app.add_flag("--key-on-stdin", options.key_on_stdin, "the run's key is the first line of standard input, not in CONSORT_KEY");
   whole("--orchestrator-pid", options.orchestrator, 1, std::numeric_limits<pid_t>::max(), "leave when this parent process dies");
 }
 
@@ -95,7 +97,8 @@ dds::configuration::Settings settings_of(const RunProcessOptions& options, bool 
     settings.discovery = dds::configuration::Discovery::neighbours;
     settings.port_base = static_cast<std::uint16_t>(options.port - dds::configuration::unicast_port(0));
     std::stringstream ports(options.neighbour_ports);
-    for (std::string port; std::getline(ports, port, ',');) settings.neighbours.push_back("127.0.0.1:" + port);
+    for (std::string at; std::getline(ports, at, ',');)
+      settings.neighbours.push_back(at.find(':') == std::string::npos ? "127.0.0.1:" + at : at);
   }
   return settings;
 }
@@ -200,9 +203,16 @@ struct Joined {
   }
 };
 
+wire::RunKey key_on_stdin() {
+  std::string secret;
+  if (!std::getline(std::cin, secret) || secret.empty())
+    throw ConfigError("--key-on-stdin: found nothing; allowed: a line with the run's key");
+  return wire::RunKey(secret);
+}
+
 // Joins the run's domain, makes the member and runs it. The exit code.
 int serve(const RunProcessOptions& options, const RunProgram& program, const MakeMember& make) {
-  const auto key = wire::RunKey::of_environment();
+  const auto key = options.key_on_stdin ? key_on_stdin() : wire::RunKey::of_environment();
   sigset_t signals;
   sigemptyset(&signals);
   sigaddset(&signals, SIGINT);

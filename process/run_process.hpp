@@ -20,6 +20,7 @@ struct RunProcessOptions {
   bool tuned = false;
   double transmit_loss = 0.0;
   double wait = 60.0;
+  bool key_on_stdin = false;
   std::string build;  ///< of the orchestrator that started it
   pid_t orchestrator = 0;
 

@@ -12,6 +12,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cerrno>
@@ -305,6 +306,16 @@ std::vector<DoctorCheck> examine_host(const std::string& interface) {
   for (auto& check : judge(read_limits())) checks.push_back(std::move(check));
   checks.push_back(check_leftovers());
   return checks;
+}
+
+nlohmann::ordered_json to_json(const std::vector<DoctorCheck>& checks) {
+  auto list = nlohmann::ordered_json::array();
+  for (const DoctorCheck& check : checks) {
+    nlohmann::ordered_json one{{"name", check.name}, {"well", check.well}, {"found", check.found}};
+    if (!check.well) one["remedy"] = check.remedy;
+    list.push_back(one);
+  }
+  return list;
 }
 
 std::string render(const std::vector<DoctorCheck>& checks, const TextStyle& style) {

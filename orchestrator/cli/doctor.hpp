@@ -3,12 +3,15 @@
 
 #include "io/interfaces.hpp"
 #include "orchestrator/report/terminal.hpp"
+#include "orchestrator/script/hosts.hpp"
 
 #include <sys/types.h>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace consort {
@@ -51,6 +54,9 @@ struct Leftover {
 std::vector<Leftover> leftover_processes();
 
 std::vector<DoctorCheck> examine_host(const std::string& interface = "lo");  ///< all of the above, for runs over `interface`
+/// By host of a list: whether there is a connection, whether its build and its clock are those of this host, and what it finds itself.
+std::vector<std::pair<std::string, std::vector<DoctorCheck>>> examine_over_connections(const std::vector<Host>& hosts);
+nlohmann::ordered_json to_json(const std::vector<DoctorCheck>& checks);
 std::string render(const std::vector<DoctorCheck>& checks, const TextStyle& style);
 
 }  // namespace consort

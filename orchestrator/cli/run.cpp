@@ -13,8 +13,13 @@
 #include "orchestrator/report/results.hpp"
 #include "orchestrator/report/table.hpp"
 #include "orchestrator/report/watch.hpp"
+#include "orchestrator/run/commands.hpp"
 #include "orchestrator/run/dds_configuration.hpp"
 #include "orchestrator/run/host.hpp"
+#include "orchestrator/run/host_addresses.hpp"
+#include "orchestrator/run/ports.hpp"
+#include "orchestrator/run/slurm.hpp"
+#include "orchestrator/run/spread.hpp"
 #include "orchestrator/script/script.hpp"
 #include "protocols/registry.hpp"
 #include "rounds/last_round.hpp"
@@ -42,13 +47,6 @@ std::string random_name(const std::string& experiment) {
   return fmt::format("{}-{:08x}", experiment, word);
 }
 
-std::filesystem::path beside_this_program(const char* name) {
-  std::error_code failure;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
-  if (failure) throw RunError(fmt::format("cannot find where consort itself lies: {}", failure.message()));
-  return self.parent_path() / name;
-}
-
 class RunVerb : public Verb {
  public:
   RunVerb(CLI::App& parent, std::vector<std::string> command_line);
@@ -59,6 +57,7 @@ class RunVerb : public Verb {
   void check_options() const;
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
+  void plan();
   Exit conclude(Summary summary) const;
   std::string write_page(std::string& page) const;
   [[nodiscard]] int port_to_watch() const;
@@ -70,10 +69,17 @@ class RunVerb : public Verb {
   std::optional<int> domain_;
   std::vector<std::string> external_texts_;
   std::vector<std::uint32_t> external_;  // ascending; 0: the plant
-  bool force_ = false, no_report_ = false, open_ = false;
+  std::filesystem::path hosts_file_;
+  std::string launcher_;
+  std::optional<unsigned> first_port_;
+  bool force_ = false, no_report_ = false, open_ = false, dry_run_ = false;
   std::string watch_port_;  // a number, or any; empty: nobody watches
 
   Experiment experiment_;
+  std::vector<Host> hosts_;
+  RunOptions run_options_;
+  std::vector<std::string> by_hand_;  // what to enter
+  std::string commands_;              // of every host, for --dry-run
   std::filesystem::path output_;
   std::optional<Scribe> scribe_;  // there from the moment the output folder holds anything
   std::optional<Watch> watch_;
@@ -93,6 +99,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
        {"consort run experiments/kalman_bias.yaml --mode simulate --runs 100 --seed 1",
         "A hundred simulations on all cores: mean ± std of each metric."},
        {"consort run ring.yaml --json --quiet | jq .metrics.bias", "One number for a script."},
+       {"consort run ring.yaml --hosts hosts.yaml --dry-run", "What would be started on which host, and how."},
        {"consort run ring.yaml --external 7 --name demo --domain 3",
         "Everybody but agent 7, which is then started by hand; the line to do it with is printed, and holds the run's key (taken from "
         "CONSORT_KEY where that is set)."}},
@@ -144,6 +151,18 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
                   "Agents that are started by hand, such as 7, 11-40 or 0,3,11-40, with 0 for the plant; they are waited for.")
       ->type_name("IDS")
       ->allow_extra_args(false);
+  app_.add_option("--hosts", hosts_file_,
+                  "Where the processes run: a list of hosts (YAML), or a host file as OpenMPI takes it. Default: the file's `hosts`, else "
+                  "this host.")
+      ->type_name("FILE");
+  app_.add_option("--launcher", launcher_,
+                  "slurm: the hosts are the nodes of the Slurm allocation this is run in, see deploy/slurm/run.sbatch.")
+      ->type_name("NAME")
+      ->check(one_of({"slurm"}));
+  whole("--ports", first_port_, 1024, 65000,
+        "With several hosts: the first of the UDP ports of the run, for firewalls; four for each process, and for every 20 of them. "
+        "Default: free ones above 10240.");
+  app_.add_flag("--dry-run", dry_run_, "Start nothing: print every command of every host.");
 }
 
 void RunVerb::check_options() const {
@@ -161,9 +180,12 @@ void RunVerb::check_options() const {
     throw ConfigError(
         "--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
         "processes that are launched here can be");
-  if (experiment_.mode == Mode::simulate && !external_.empty())
-    throw ConfigError("--external: found mode simulate; allowed: mode lockstep or realtime, where agents are processes");
-  if (experiment_.discovery == Discovery::neighbours && interface_ != "lo")
+  if (experiment_.mode == Mode::simulate)
+    for (const auto& [option, given] : {std::pair("--external", !external_.empty()), std::pair("--hosts", !hosts_file_.empty()),
+                                        std::pair("--launcher", !launcher_.empty()), std::pair("--dry-run", dry_run_)})
+      if (given)
+        throw ConfigError(fmt::format("{}: found mode simulate; allowed: mode lockstep or realtime, where agents are processes", option));
+  if (experiment_.discovery == Discovery::neighbours && interface_ != "lo" && hosts_.empty())
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
   if (experiment_.mode != Mode::simulate) {
@@ -202,9 +224,7 @@ RunOptions RunVerb::options() const {
   options.key = run_key();
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
   if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
-  options.log_directory = output_ / "logs";
-  options.spill_directory = output_;
-  options.agent_executable = beside_this_program("consort-agent");
+  options.agent_executable = program_folder() / "consort-agent";
   for (const std::uint32_t id : external_) {
     if (id == 0)
       options.external_plant = true;
@@ -212,7 +232,40 @@ RunOptions RunVerb::options() const {
       options.external.push_back(AgentId{id});
   }
   options.interrupt = &caught_signal();
+  options.hosts = hosts_;
   return options;
+}
+
+// Who runs where and is found how, as far as somebody is to be told; whatever keeps processes from being placed so is said now.
+void RunVerb::plan() {
+  run_options_ = options();
+  if (experiment_.mode == Mode::simulate) return;
+  if (hosts_.empty() && external_.empty() && !dry_run_ && !first_port_) return;
+  Experiment placed = experiment_;
+  placed.rounds = last_round(experiment_);
+  Placement placement = place_for(placed, run_options_);
+  for (const Fault& fault : experiment_.faults)
+    if (const std::size_t host = placement.host_of[placement.process_of[index_of(fault.agent)]];
+        host != kHere && hosts_[host].launcher == Launcher::manual)
+      throw ConfigError(
+          fmt::format("hosts: found agent {}, whose process the file kills or stops, on {}, which is started by hand; allowed: "
+                      "on a host with another launcher",
+                      fault.agent.value, hosts_[host].name));
+  find_addresses(run_options_, placement);
+  if (!hosts_.empty() && run_options_.hosts.empty()) placement = place_for(placed, run_options_);
+  Wiring wiring = Wiring::of(placed, run_options_, placement);
+  if (first_port_ && !wiring.neighbours)
+    throw ConfigError(
+        "--ports: found a run whose processes find each other by multicast; allowed: with --hosts, or `discovery: neighbours`");
+  std::shared_ptr<PortBlock> ports;
+  if (first_port_)
+    ports = std::make_shared<PortBlock>(wiring.ports(), static_cast<std::uint16_t>(*first_port_));
+  else if (wiring.ports() > 0)
+    ports = std::make_shared<PortBlock>(wiring.ports());
+  if (ports) wiring.first_port = ports->first();
+  if (wiring.neighbours) run_options_.ports = ports;
+  by_hand_ = commands_by_hand(placed, run_options_, placement, wiring);
+  if (dry_run_) commands_ = all_commands(run_options_, placement, wiring);
 }
 
 bool estimates(const Experiment& experiment) {
@@ -225,12 +278,22 @@ Exit RunVerb::execute() {
   std::set<std::uint32_t> external;
   for (const std::string& text : external_texts_) external.merge(ids_in(text));
   external_.assign(external.begin(), external.end());
-  experiment_ = load_experiment(file_, overrides_);
+  if (!hosts_file_.empty() && !launcher_.empty()) throw ConfigError("--launcher: found --hosts, too; allowed: one of them");
+  if (!hosts_file_.empty()) overrides_.hosts = load_hosts(hosts_file_);
+  if (!launcher_.empty()) overrides_.hosts = hosts_of_allocation();
+  experiment_ = load_experiment(file_, overrides_, &hosts_);
   check_options();
   const std::vector<Finding> findings = examine(experiment_, Effort::of_run());
   if (!force_) refuse_unsound(findings);
+  plan();
+  if (dry_run_) {
+    streams::put(commands_);
+    return Exit::ok;
+  }
   catch_signals();
   output_ = make_output();
+  run_options_.log_directory = output_ / "logs";
+  run_options_.spill_directory = output_;
   if (!watch_port_.empty()) watch_.emplace(output_, port_to_watch());
   std::filesystem::create_directory(output_ / "logs");
   write_file(output_ / "experiment.yaml", experiment_.resolved_text);
@@ -246,17 +309,16 @@ Exit RunVerb::execute() {
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   for (const std::string& line : told(findings, estimates(experiment_), style_of(STDERR_FILENO))) scribe_->note(line);
   for (const std::string& line : left_out_of_record(experiment_)) scribe_->remark(line);
-  const RunOptions run_options = options();
   // Nobody else can enter them: the key, and often name and domain, are of this run alone.
-  for (const std::string& line : commands_by_hand(experiment_, run_options)) {
+  for (const std::string& line : by_hand_) {
     if (quiet_)
       streams::tell(line + "\n");
     else
       scribe_->note(line);
   }
   try {
-    scribe_->set_times(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options, *scribe_)
-                                                          : run_processes(experiment_, run_options, *scribe_));
+    scribe_->set_times(experiment_.mode == Mode::simulate ? run_simulated(experiment_, run_options_, *scribe_)
+                                                          : run_processes(experiment_, run_options_, *scribe_));
   } catch (const SeedRefused& refused) {
     // Read with that seed, the file is refused with the place.
     overrides_.seed = refused.seed.value;

@@ -1,6 +1,7 @@
 #include "orchestrator/run/host.hpp"
 
 #include "core/build.hpp"
+#include "core/errors.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -36,6 +37,13 @@ std::string host_name() {
   utsname system{};
   ::uname(&system);
   return system.nodename;
+}
+
+std::filesystem::path program_folder() {
+  std::error_code failure;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", failure);
+  if (failure) throw RunError(fmt::format("cannot find where consort itself lies: {}", failure.message()));
+  return self.parent_path();
 }
 
 std::string too_busy() {

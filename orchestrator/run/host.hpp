@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ namespace consort {
 nlohmann::ordered_json host_facts(const Experiment& experiment, const std::vector<std::string>& command_line);
 
 std::string host_name();
+/// The folder this program lies in, and with it the others of a run. Throws RunError.
+std::filesystem::path program_folder();
 /// That this host is short of processor time, where it is, and what to do then; else empty.
 std::string too_busy();
 

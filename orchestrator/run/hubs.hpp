@@ -4,9 +4,10 @@
 
 #include "orchestrator/run/assignments.hpp"
 #include "orchestrator/run/hub.hpp"
-#include "orchestrator/run/launch.hpp"
 #include "orchestrator/run/placement.hpp"
+#include "orchestrator/run/ports.hpp"
 #include "orchestrator/run/run.hpp"
+#include "orchestrator/run/wiring.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -18,13 +19,12 @@ namespace consort {
 
 class Hubs {
  public:
-  /// `processes`: how many there are, the plant, which is the last, among them. `placement` says how they find each other. Throws RunError
-  /// where DDS cannot be had, ConfigError if another run of that name goes on.
-  Hubs(const Experiment& experiment, const RunOptions& options, const Placement& placement, std::size_t processes,
-       const Hub::Callbacks& callbacks);
+  /// `placement` says how processes find each other. Throws RunError where DDS cannot be had, ConfigError if another run of that name goes
+  /// on.
+  Hubs(const Experiment& experiment, const RunOptions& options, const Placement& placement, const Hub::Callbacks& callbacks);
 
-  /// How process `process` finds this run and the processes that it meets, as options of its command line.
-  [[nodiscard]] std::vector<std::string> arguments(std::size_t process, const std::vector<std::size_t>& met) const;
+  /// How processes find this run and each other.
+  [[nodiscard]] const Wiring& wiring() const { return wiring_; }
 
   void broadcast(const Grant& grant) const;
   void broadcast(const wire::Command& command) const;
@@ -36,26 +36,21 @@ class Hubs {
 
   /// What this end would not take, since the last call.
   [[nodiscard]] std::vector<Refusal> take_refusals() const;
-  [[nodiscard]] unsigned domain() const { return domain_number_; }
+  [[nodiscard]] unsigned domain() const { return wiring_.domain; }
   /// Other runs on this host use the same domain now.
   [[nodiscard]] bool share_domain() const { return shared_ && shared_->with_others(); }
 
  private:
   void open_multicast(const Hub::Callbacks& callbacks);
-  void claim_private_ports();
+  void claim_own_ports();
   void open_neighbours(const Hub::Callbacks& callbacks);
-  [[nodiscard]] std::size_t hub_of(std::size_t process) const;
-  [[nodiscard]] std::uint16_t port(std::size_t slot) const;  // of hub `slot`, then of process `slot - hubs`
 
   const RunOptions& options_;
-  const Placement& placement_;
-  std::size_t processes_;
-  bool private_ports_ = false;  // multicast discovery on ports of this run alone
-  std::optional<PortBlock> ports_;
+  Wiring wiring_;
+  std::optional<PortBlock> ports_;         // where the options bring none
   std::optional<DomainShare> shared_;      // else: with whom it shares those of the domain
   std::optional<SoleRun> sole_;            // else: others of its name are kept out
   dds::configuration::Settings settings_;  // common to the hubs
-  unsigned domain_number_ = 0;
   std::vector<std::unique_ptr<Hub>> hubs_;
 };
 

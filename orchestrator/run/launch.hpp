@@ -18,9 +18,26 @@ struct Death {
   pid_t pid = 0;
   int signal = 0;  ///< 0: it exited
   int exit_code = 0;
-  std::string log_tail;                    ///< last lines of its log
+  std::string log_tail = {};               ///< last lines of its log
+  std::string host = {};                   ///< empty: this one
+  std::string how = {};                    ///< where nobody has seen it end: what is known instead
   [[nodiscard]] std::string text() const;  ///< one paragraph for a person
 };
+
+/// The last lines of a log.
+std::string tail_of(const std::filesystem::path& file);
+
+/// What a child has for standard input, output and error, instead of nothing and its log: descriptors of the caller's, and a file.
+struct ChildFiles {
+  int in = -1, out = -1;
+  std::string error = {};  ///< empty: as output
+};
+/// Starts a program, found as a shell finds it, in the process group `group` (0: its own). `environment`: on top of this process's own;
+/// what is empty is left out of it. Throws RunError.
+pid_t spawn(const std::vector<std::string>& command, const std::map<std::string, std::string>& environment, const ChildFiles& files,
+            pid_t group);
+/// What a program says on standard output; nothing if it cannot be started.
+std::string said_by(const std::vector<std::string>& command);
 
 class Children {
  public:
@@ -33,7 +50,7 @@ class Children {
   /// process. Throws RunError naming the executable and the reason.
   /// `environment`: on top of this process's own. The child's pid.
   pid_t start(const std::string& name, const std::filesystem::path& executable, const std::vector<std::string>& arguments,
-              const std::map<std::string, std::string>& environment = {});
+              const std::map<std::string, std::string>& environment = {}, ChildFiles files = {});
 
   /// Sends a signal to the child that was started last under this name, if it lives.
   void signal(const std::string& name, int signal);
@@ -54,52 +71,6 @@ class Children {
   std::vector<Child> children_;
   std::size_t alive_ = 0;
   pid_t group_ = 0;
-};
-
-/// A block of UDP ports nobody else uses, reserved as long as the object lives (advisory lock files keep concurrent runs apart).
-class PortBlock {
- public:
-  /// Throws RunError saying how many ports were wanted and where it looked.
-  explicit PortBlock(std::size_t ports);
-  ~PortBlock();
-  PortBlock(const PortBlock&) = delete;
-  PortBlock& operator=(const PortBlock&) = delete;
-  [[nodiscard]] std::uint16_t first() const { return first_; }
-
- private:
-  bool reserve(std::size_t unit, std::size_t units, std::size_t ports);
-  void release();
-  std::vector<int> locks_;
-  std::uint16_t first_ = 0;
-};
-
-/// Says who else on this host uses the well-known ports of a DDS domain, by lock files beside those of the port blocks.
-class DomainShare {
- public:
-  DomainShare() = default;
-  ~DomainShare();
-  DomainShare(const DomainShare&) = delete;
-  DomainShare& operator=(const DomainShare&) = delete;
-  /// From now on, until it ends, this one does. Where no lock can be had, nobody is known to.
-  void enter(unsigned domain);
-  /// Does anybody else now?
-  [[nodiscard]] bool with_others() const;
-
- private:
-  int lock_ = -1;
-};
-
-/// What tells runs of one name, key and domain apart on a host: there is one of them at a time. Their processes would take part in both.
-class SoleRun {
- public:
-  /// Throws ConfigError that names the other one's pid.
-  SoleRun(const std::string& name, const std::string& key, unsigned domain);
-  ~SoleRun();
-  SoleRun(const SoleRun&) = delete;
-  SoleRun& operator=(const SoleRun&) = delete;
-
- private:
-  int socket_ = -1;
 };
 
 }  // namespace consort

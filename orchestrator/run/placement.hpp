@@ -19,6 +19,7 @@ struct Placement {
   std::vector<std::size_t> process_of;            ///< by agent index
   std::shared_ptr<const Graph> support;           ///< every edge any round of any job may use
   std::vector<std::vector<std::size_t>> readers;  ///< by agent index: other processes in which somebody may hear it, ascending
+  std::vector<std::size_t> host_of = {};          ///< by process, see spread(); the plant last, if there is one
   bool neighbour_discovery = false;               ///< unicast along the edges; else multicast, everybody finds everybody
   bool multicast_data = false;                    ///< one packet for all: most processes read each message
 };

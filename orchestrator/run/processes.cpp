@@ -1,6 +1,7 @@
 #include "orchestrator/run/processes.hpp"
 
 #include "orchestrator/run/ending.hpp"
+#include "orchestrator/run/spread.hpp"
 
 #include <algorithm>
 
@@ -27,11 +28,18 @@ bool is_silent(const ProcessState& state) { return state.started && !state.statu
 
 Processes::Processes(const Experiment& experiment, const Placement& placement, const RunOptions& options) {
   for (const ProcessPlan& plan : placement.processes) states_.push_back(state_of(experiment, plan, options));
-  if (!experiment.plant) return;
-  ProcessState plant;
-  plant.name = "plant";
-  plant.external = options.external_plant;
-  states_.push_back(std::move(plant));
+  if (experiment.plant) {
+    ProcessState plant;
+    plant.name = "plant";
+    plant.external = options.external_plant;
+    states_.push_back(std::move(plant));
+  }
+  for (std::size_t p = 0; p < placement.host_of.size(); ++p) {
+    const std::size_t host = placement.host_of[p];
+    if (host == kHere || options.hosts[host].launcher == Launcher::local) continue;
+    states_[p].host = host;
+    states_[p].external = states_[p].external || options.hosts[host].launcher == Launcher::manual;
+  }
 }
 
 std::size_t Processes::index_of_name(const std::string& name) const {

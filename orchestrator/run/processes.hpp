@@ -16,15 +16,16 @@
 namespace consort {
 
 struct ProcessState {
-  std::string name;             ///< for a person: agent-3
-  std::vector<AgentId> agents;  ///< that it hosts, ascending; none: the plant
-  bool external = false;        ///< started by hand
-  Attendance presence = {};     ///< when somebody of it takes part
-  bool leaves = false;          ///< it ends by itself in the course of the run
-  bool started = false;         ///< or expected, where it is external
-  bool found = false;           ///< it has said hello
-  bool dying = false;           ///< its death is wanted
-  std::string where = {};       ///< process and host, for a person
+  std::string name;                                 ///< for a person: agent-3
+  std::vector<AgentId> agents;                      ///< that it hosts, ascending; none: the plant
+  bool external = false;                            ///< started by hand
+  std::size_t host = static_cast<std::size_t>(-1);  ///< kHere, or the index of another
+  Attendance presence = {};                         ///< when somebody of it takes part
+  bool leaves = false;                              ///< it ends by itself in the course of the run
+  bool started = false;                             ///< or expected, where it is external
+  bool found = false;                               ///< it has said hello
+  bool dying = false;                               ///< its death is wanted
+  std::string where = {};                           ///< process and host, for a person
   std::uint32_t ready_epoch = 0;
   Round ready_until = 0;                      ///< in that epoch: rounds below may be granted
   std::optional<wire::Presence> status = {};  ///< answer to the newest status command

@@ -31,6 +31,7 @@ Roster::Roster(std::vector<Place> places, std::string host, std::string build)
       build_(std::move(build)),
       holders_(places_.size()),
       launched_(places_.size()),
+      launched_on_(places_.size()),
       gone_(places_.size()) {}
 
 std::optional<std::size_t> Roster::place_of(const std::string& id) const {
@@ -60,7 +61,7 @@ std::string Roster::objection(const Newcomer& newcomer, std::optional<std::size_
            ": install the same build on both";
   if (!place) return misplaced(newcomer);
   const Place& wanted = places_[*place];
-  const bool is_child = newcomer.pid == launched_[*place] && newcomer.host == host_;
+  const bool is_child = newcomer.pid == launched_[*place] && newcomer.host == launched_on_[*place];
   if (!wanted.external && !is_child) return not_by_hand(*place);
   if (closed_.contains(*place)) return agents_of(wanted.agents) + " died before, and the run goes on without; nobody can take that place";
   if (const auto& holder = holders_[*place])
@@ -83,7 +84,7 @@ std::string Roster::not_by_hand(std::size_t place) const {
            " come back, `consort run` does";
   }
   return agents_of(wanted.agents) + (several ? " are" : " is") + " started by `consort run` itself" +
-         (launched_[place] == 0 ? "" : ", as pid " + std::to_string(launched_[place]) + " on " + host_) +
+         (launched_[place] == 0 ? "" : ", as pid " + std::to_string(launched_[place]) + " on " + launched_on_[place]) +
          ": to start it by hand, name it there: --external " + (wanted.agents.empty() ? "0" : ids_of(wanted.agents));
 }
 

@@ -46,9 +46,10 @@ class Roster {
   /// Somebody who takes a place that is free holds it from then on. Who has been refused once, stays refused.
   Verdict judge(const Newcomer& newcomer);
 
-  /// This process has just been started for that place.
-  void launched(std::size_t place, std::uint64_t pid) {
+  /// This process has just been started for that place; `host`: on another than the orchestrator's.
+  void launched(std::size_t place, std::uint64_t pid, const std::string& host = {}) {
     launched_.at(place) = pid;
+    launched_on_.at(place) = host.empty() ? host_ : host;
     gone_.at(place).reset();
   }
   enum class Departure { left, killed, died };  ///< the first two by plan
@@ -71,6 +72,7 @@ class Roster {
   std::string host_, build_;
   std::vector<std::optional<Newcomer>> holders_;  // by place
   std::vector<std::uint64_t> launched_;           // by place: pid
+  std::vector<std::string> launched_on_;          // by place: host
   std::vector<std::optional<Departure>> gone_;    // by place: how the process went that was there last, if none is now
   std::set<std::size_t> closed_;
   std::map<std::string, std::size_t> former_;

@@ -6,9 +6,11 @@
 #include "core/trace.hpp"
 #include "idl/refusal.hpp"
 #include "orchestrator/run/ending.hpp"
+#include "orchestrator/script/hosts.hpp"
 
 #include <atomic>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -54,19 +56,24 @@ class RunObserver {
   virtual void refused(const std::vector<Refusal>& refusals) { static_cast<void>(refusals); }
 };
 
+class PortBlock;
+
 struct RunOptions {
   std::string run_name;                 ///< discovery tag; unique per run
   int domain = -1;                      ///< DDS domain; -1: derived from run_name
   std::string interface = "lo";         ///< network interface of all processes (name or address); another than lo for agents on other hosts
   std::filesystem::path log_directory;  ///< one log per process; must exist
-  std::filesystem::path spill_directory;        ///< where reports go that are too many for memory; empty: nowhere
-  std::filesystem::path agent_executable;       ///< consort-agent; consort-plant stands beside it
-  std::vector<AgentId> external;                ///< started by hand, not launched here
-  std::string key = {};                         ///< secret the processes know each other by; empty: a random one
-  bool external_plant = false;                  ///< the same of the plant
-  double tell_awaited_seconds = 10.0;           ///< for so long nothing is said of whoever has not come yet, and then so often
-  double last_reports_seconds = 5.0;            ///< real time: for so long after the last round, reports under way are waited for
-  const std::atomic<int>* interrupt = nullptr;  ///< signal number once the user asked to stop; 0 before
+  std::filesystem::path spill_directory;         ///< where reports go that are too many for memory; empty: nowhere
+  std::filesystem::path agent_executable;        ///< consort-agent; consort-plant stands beside it
+  std::vector<AgentId> external;                 ///< started by hand, not launched here
+  std::string key = {};                          ///< secret the processes know each other by; empty: a random one
+  bool external_plant = false;                   ///< the same of the plant
+  std::vector<Host> hosts = {};                  ///< where processes are started; none: all here
+  std::vector<std::string> host_addresses = {};  ///< by host: numeric, under which the others find its processes
+  std::shared_ptr<const PortBlock> ports = {};   ///< of a run that states them; none: it looks for some
+  double tell_awaited_seconds = 10.0;            ///< for so long nothing is said of whoever has not come yet, and then so often
+  double last_reports_seconds = 5.0;             ///< real time: for so long after the last round, reports under way are waited for
+  const std::atomic<int>* interrupt = nullptr;   ///< signal number once the user asked to stop; 0 before
 
   /// Is a process that hosts these agents started by hand?
   [[nodiscard]] bool by_hand(std::span<const AgentId> hosted) const;

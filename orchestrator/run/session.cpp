@@ -18,13 +18,6 @@ RunOptions with_key(RunOptions options) {
   return options;
 }
 
-// Listed addresses are those of this host's processes: whoever is elsewhere is found by multicast.
-Placement place_for(const Experiment& experiment, const RunOptions& options) {
-  Placement placement = place(experiment);
-  if (options.expects_others() && experiment.discovery == Discovery::automatic) placement.neighbour_discovery = false;
-  return placement;
-}
-
 Roster roster_of(const Processes& processes) {
   std::vector<Roster::Place> places;
   for (std::size_t p = 0; p < processes.size(); ++p) places.push_back({processes[p].name, processes[p].agents, processes[p].external});
@@ -44,7 +37,8 @@ Session::Session(const Experiment& experiment, const RunOptions& options)
       deadline_(Clock::now() + seconds(experiment.deadline)),
       processes_(experiment, placement_, options_),
       roster_(roster_of(processes_)),
-      hubs_(experiment, options_, placement_, processes_.size(), callbacks()) {}
+      connections_(connect(experiment, options_, placement_, [this](const std::string& remark) { remarks_.add(remark); })),
+      hubs_(experiment, options_, placement_, callbacks()) {}
 
 Session::~Session() = default;
 
@@ -69,17 +63,8 @@ void Session::grant_again() {
 
 std::vector<std::string> Session::arguments_of(std::size_t process, Round now) const {
   const ProcessState& state = processes_[process];
-  const std::size_t plant = placement_.processes.size();
-  std::vector<std::size_t> met;  // processes it meets
-  if (state.is_plant()) {
-    for (std::size_t p = 0; p < plant; ++p) met.push_back(p);
-  } else {
-    met = placement_.processes[process].neighbours;
-    if (experiment_.plant) met.push_back(plant);
-  }
-  std::vector<std::string> arguments = hubs_.arguments(process, met);
-  if (!state.is_plant())
-    arguments.insert(arguments.end(), {"--ids", fmt::format("{}-{}", state.agents.front().value, state.agents.back().value)});
+  std::vector<std::string> arguments = hubs_.wiring().arguments(placement_, process);
+  arguments.insert(arguments.end(), {"--build", wire::Build::own().word()});
   for (const Attendance& stay : state.presence.again)
     if (stay.holds(now))
       arguments.insert(arguments.end(), {"--first-epoch", std::to_string(epoch_), "--first-round", std::to_string(stay.from)});
@@ -91,19 +76,24 @@ void Session::start(std::size_t process, Round now) {
   if (state.started) return;
   state.started = true;
   if (state.external) return;
-  const auto executable = state.is_plant() ? options_.agent_executable.parent_path() / "consort-plant" : options_.agent_executable;
-  const pid_t pid = children_->start(state.name, executable, arguments_of(process, now), {{wire::RunKey::kVariable, options_.key}});
-  roster_.launched(process, static_cast<std::uint64_t>(pid));
+  fleet_->start({state.name, state.host, state.is_plant(), arguments_of(process, now), options_.key});
+}
+
+// Before anything is heard of them.
+void Session::note_started() {
+  for (const Fleet::Started& started : fleet_->take_started())
+    roster_.launched(processes_.index_of_name(started.name), static_cast<std::uint64_t>(started.pid), started.host);
 }
 
 // Those that are there from the first round on.
 void Session::start_first() {
   for (std::size_t p = 0; p < processes_.size() && !interrupted(); ++p)
     if (processes_[p].presence.from == 0) start(p);
+  note_started();
 }
 
 void Session::launch(RunObserver& observer) {
-  children_.emplace(options_.log_directory);
+  fleet_.emplace(options_.log_directory, options_.agent_executable, connections_);
   const std::size_t total = processes_.count([](const ProcessState& state) { return state.presence.from == 0; });
   observer.launching(0, 0, total);
   start_first();
@@ -133,11 +123,13 @@ void Session::call(Round first) {
 void Session::start_present(Round k) {
   for (std::size_t p = 0; p < processes_.size(); ++p)
     if (processes_[p].presence.holds(k) && !processes_.is_given_up(p)) start(p, k);
+  note_started();
 }
 
 void Session::start_for(AgentId agent, Round k) {
   const std::size_t process = placement_.process_of[index_of(agent)];
   if (!processes_.is_given_up(process)) start(process, k);
+  note_started();
 }
 
 void Session::join(Round first, const OnTelemetry& on_telemetry) {
@@ -154,20 +146,20 @@ void Session::join(Round first, const OnTelemetry& on_telemetry) {
 void Session::kill(AgentId agent, const OnTelemetry& on_telemetry) {
   ProcessState& state = processes_[placement_.process_of[index_of(agent)]];
   state.dying = true;
-  children_->signal(state.name, SIGKILL);
+  fleet_->signal(state.name, SIGKILL);
   while (state.started && !interrupted()) step(on_telemetry);
 }
 
 void Session::stop(AgentId agent, Seconds duration) {
   const std::string& name = processes_[placement_.process_of[index_of(agent)]].name;
-  children_->signal(name, SIGSTOP);
+  fleet_->signal(name, SIGSTOP);
   stopped_.push_back({name, Clock::now() + seconds(duration)});
 }
 
 void Session::wake_stopped(bool all) {
   std::erase_if(stopped_, [&](const Stopped& stopped) {
     if (!all && Clock::now() < stopped.until) return false;
-    children_->signal(stopped.process, SIGCONT);
+    fleet_->signal(stopped.process, SIGCONT);
     return true;
   });
 }
@@ -248,11 +240,11 @@ std::vector<std::string> Session::take_remarks() {
 
 void Session::shut_down() {
   leaving_ = true;
-  children_->wake_all();  // who is asleep, whoever put it there, cannot leave
+  fleet_->wake_all();  // who is asleep, whoever put it there, cannot leave
   hubs_.broadcast(wire::Command{epoch_, wire::Order::shutdown});
   const bool elsewhere = processes_.count([](const ProcessState& state) { return state.external && state.started; }) > 0;
   if (elsewhere) hubs_.let_commands_arrive();
-  children_->wait_all(interrupted() ? 1.0 : 10.0);
+  fleet_->wait_all(interrupted() ? 1.0 : 10.0);
 }
 
 }  // namespace consort

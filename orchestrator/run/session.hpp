@@ -2,8 +2,8 @@
 /// The processes of one `consort run` and the orchestrator's end of the wire: launched once, given one run after the other, ended together.
 
 #include "orchestrator/run/assignments.hpp"
+#include "orchestrator/run/fleet.hpp"
 #include "orchestrator/run/hubs.hpp"
-#include "orchestrator/run/launch.hpp"
 #include "orchestrator/run/news.hpp"
 #include "orchestrator/run/processes.hpp"
 #include "orchestrator/run/remarks.hpp"
@@ -86,6 +86,7 @@ class Session {
   void start(std::size_t process, Round now = 0);
   void start_present(Round k);
   void start_first();
+  void note_started();
   void handle(wire::Presence&& presence);
   /// The process of who wrote it, if that one takes part; it is answered.
   [[nodiscard]] std::optional<std::size_t> admit(const wire::Presence& presence);
@@ -123,8 +124,9 @@ class Session {
   Grant newest_grant_;
   std::vector<Loss> losses_;
   News<Word> news_;
+  Connections connections_;  // before DDS has its addresses
   Hubs hubs_;
-  std::optional<Children> children_;  // last: ends first
+  std::optional<Fleet> fleet_;  // last: ends first
 };
 
 }  // namespace consort

@@ -71,8 +71,8 @@ void Session::is_gone(std::size_t process, Roster::Departure how) {
 }
 
 void Session::watch_children() {
-  if (!children_ || leaving_) return;
-  while (const auto death = children_->next_death()) {
+  if (!fleet_ || leaving_) return;
+  while (const auto death = fleet_->next_death()) {
     const std::size_t process = processes_.index_of_name(death->name);
     const bool killed = processes_[process].dying;
     const bool left = death->signal == 0 && death->exit_code == 0 && processes_[process].leaves;

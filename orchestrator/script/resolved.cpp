@@ -257,7 +257,7 @@ void style(Node node) {
 
 YAML::Node matrix_node(const Matrix& value) { return node_of(value); }
 
-std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
+std::string resolved(const Experiment& experiment, const YAML::Node& topology, const std::vector<Host>& hosts) {
   Node out(YAML::NodeType::Map);
   out["format"] = kFileFormat;
   out["experiment"] = experiment.name;
@@ -280,6 +280,7 @@ std::string resolved(const Experiment& experiment, const YAML::Node& topology) {
     out["events"].push_back(presence_event(event.kind, event.agent, event.round));
   out["transport"] = transport_of(experiment.transport);
   out["placement"]["agents_per_process"] = experiment.agents_per_process;
+  if (!hosts.empty()) out["hosts"] = hosts_node(hosts);
   if (experiment.convergence) {
     const bool estimates = std::any_of(experiment.protocols.begin(), experiment.protocols.end(),
                                        [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });

@@ -2,6 +2,7 @@
 /// The canonical text of an experiment: every default written out. Loaded again it gives the same experiment.
 
 #include "core/experiment.hpp"
+#include "orchestrator/script/hosts.hpp"
 
 #include <yaml-cpp/yaml.h>
 
@@ -13,6 +14,6 @@ namespace consort::script {
 YAML::Node matrix_node(const Matrix& value);
 
 /// `topology` is the canonical topology node that read_topology() made.
-std::string resolved(const Experiment& experiment, const YAML::Node& topology);
+std::string resolved(const Experiment& experiment, const YAML::Node& topology, const std::vector<Host>& hosts);
 
 }  // namespace consort::script

@@ -126,7 +126,19 @@ void check_format(Mistakes& mistakes, const YAML::Node& document) {
                                    kFileFormat));
 }
 
-Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesystem::path& directory, const ScriptOverrides& overrides) {
+// Where it runs: the command line's hosts, or the file's; `placement: {hosts: ...}` says which agents are on which of them.
+std::vector<Host> read_where(Mistakes& mistakes, const Section& top, const std::filesystem::path& directory,
+                             const ScriptOverrides& overrides) {
+  std::vector<Host> hosts;
+  if (const auto node = top.find("hosts"); present(node)) hosts = read_hosts(mistakes, node, directory);
+  if (overrides.hosts) hosts = *overrides.hosts;
+  const auto placement = top.find("placement");
+  if (present(placement) && placement.IsMap() && !hosts.empty()) place_on_hosts(mistakes, std::as_const(placement)["hosts"], hosts);
+  return hosts;
+}
+
+Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesystem::path& directory, const ScriptOverrides& overrides,
+                std::vector<Host>& hosts) {
   const std::string text = plain_text(bytes);
   const YAML::Node document = read_document(text, mistakes);
   mistakes.raise();
@@ -147,6 +159,7 @@ Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesys
   // A run shortened on the command line may end before the file's last event.
   Events events(mistakes, overrides.rounds ? kMostRounds : out.rounds - 1, out);
   if (out.agents > 0) read_rest(mistakes, top, overrides, events, out);
+  hosts = read_where(mistakes, top, directory, overrides);
   const YAML::Node plant = top.find("plant");
   if (present(plant) && out.agents > 0) read_plant(mistakes, plant, directory, out, places);
   events.read_degradations(directory, places);
@@ -174,18 +187,20 @@ Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesys
                  fmt::format("runs: found {} of each of {} protocols and swept values; allowed: {} runs in all", out.runs,
                              out.protocols.size(), kMostRuns));
   mistakes.raise();
-  out.resolved_text = resolved(out, topology->canonical);
+  out.resolved_text = resolved(out, topology->canonical, hosts);
   return out;
 }
 
 }  // namespace
 
 Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
-                            const ScriptOverrides& overrides) {
+                            const ScriptOverrides& overrides, std::vector<Host>* hosts) {
   Mistakes mistakes(name);
+  std::vector<Host> found;
+  if (hosts == nullptr) hosts = &found;
   // Whoever objects while the file is read is given the place that is being read.
   try {
-    return read(mistakes, text, directory, overrides);
+    return read(mistakes, text, directory, overrides, *hosts);
   } catch (const PlacedError&) {
     throw;
   } catch (const ConfigError& error) {
@@ -202,14 +217,14 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   throw ContractViolation("a mistake that was raised");
 }
 
-Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides) {
+Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides, std::vector<Host>* hosts) {
   std::string text;
   try {
     text = read_input(file, kLargestExperiment);
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
   }
-  return parse_experiment(text, file.string(), file.parent_path(), overrides);
+  return parse_experiment(text, file.string(), file.parent_path(), overrides, hosts);
 }
 
 }  // namespace consort

@@ -3,6 +3,7 @@
 /// nearest match.
 
 #include "core/experiment.hpp"
+#include "orchestrator/script/hosts.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -26,12 +27,14 @@ struct ScriptOverrides {
   std::optional<Round> rounds = {};
   std::optional<std::size_t> runs = {};
   std::optional<std::size_t> agents_per_process = {};
+  std::optional<std::vector<Host>> hosts = {};
 };
 
-Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {});
+/// `hosts`, if given, is told where the experiment is to run; without any, here.
+Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {}, std::vector<Host>* hosts = nullptr);
 /// `name` stands for the file in messages; relative data files are found from `directory`.
 Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
-                            const ScriptOverrides& overrides = {});
+                            const ScriptOverrides& overrides = {}, std::vector<Host>* hosts = nullptr);
 
 /// The JSON Schema of the experiment file, as shipped (experiments/experiment.schema.json), compiled in.
 std::string_view experiment_schema();
