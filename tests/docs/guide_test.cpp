@@ -13,13 +13,17 @@ namespace {
 
 class Guide : public testing::TestWithParam<std::string> {
  protected:
-  Guide() { std::filesystem::create_directory_symlink(std::filesystem::path(kSourceDir) / "experiments", folder_.path() / "experiments"); }
+  Guide() {
+    for (const char* name : {"experiments", "python"})
+      std::filesystem::create_directory_symlink(std::filesystem::path(kSourceDir) / name, folder_.path() / name);
+  }
 
   [[nodiscard]] std::string place(const Block& block) const { return GetParam() + ":" + std::to_string(block.line); }
 
   /// Runs a script as a reader would; whatever it leaves in the background ends with it.
   int bash(const std::string& script) {
-    const std::string preamble = "set -e\ncd '" + folder_.path().string() + "'\nexport PATH='" + kBinDir + "':$PATH\n";
+    const std::string preamble = "set -e\ncd '" + folder_.path().string() + "'\nexport PATH='" + kBinDir +
+                                 "':/usr/bin:$PATH PYTHONDONTWRITEBYTECODE=1\n";  // and Debian's python3
     Program program(folder_, "/usr/bin/timeout", {"--kill-after=5", "200", "/bin/bash", "-c", preamble + script});
     const int code = program.wait();
     said_ = program.out() + program.err();
