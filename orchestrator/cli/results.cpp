@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 
@@ -99,6 +100,7 @@ class ResultsVerb : public Verb {
  private:
   [[nodiscard]] Folders found() const {
     Folders all;
+    if (folders_.empty() && !std::filesystem::exists("results")) return all;  // nothing has run here
     for (const std::string& folder : folders_.empty() ? std::vector<std::string>{"results"} : folders_) {
       Folders some = results_below(folder);
       std::move(some.begin(), some.end(), std::back_inserter(all));
