@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace YAML {
+namespace YAML {  // NOLINT(readability-identifier-naming): as the library has it
 class Node;
 }
 
