@@ -16,6 +16,7 @@
 #include <ctime>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 namespace consort {
 namespace {
@@ -101,9 +102,9 @@ class TestVerb : public Verb {
     const std::filesystem::path base = make_output();
     std::vector<std::vector<std::string>> commands;
     for (std::size_t i = 0; i < files.size(); ++i) {
-      auto& words =
-          commands.emplace_back(std::vector<std::string>{"run", files[i].string(), "--no-report", "--output", (base / names[i]).string()});
+      std::vector<std::string> words{"run", files[i].string(), "--no-report", "--output", (base / names[i]).string()};
       if (!mode_.empty()) words.insert(words.end(), {"--mode", mode_});
+      commands.push_back(std::move(words));
     }
     const TextStyle style = style_of(STDOUT_FILENO);
     std::vector<TestedExperiment> all(files.size());

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace consort {
 namespace {
@@ -76,11 +77,12 @@ std::vector<std::size_t> capacities(const std::vector<Host>& hosts, std::size_t 
 void fill(const Placement& placement, std::size_t host, std::size_t count, std::vector<std::size_t>& at) {
   std::vector<std::size_t> ties(placement.processes.size(), 0);
   for (; count > 0; --count) {
-    std::size_t best = placement.processes.size();
+    std::optional<std::size_t> best;
     for (std::size_t p = 0; p < placement.processes.size(); ++p)
-      if (at[p] == kNowhere && (best == placement.processes.size() || ties[p] > ties[best])) best = p;
-    at[best] = host;
-    for (const std::size_t neighbour : placement.processes[best].neighbours) ++ties[neighbour];
+      if (at[p] == kNowhere && (!best || ties[p] > ties[*best])) best = p;
+    if (!best) return;  // all have their place
+    at[*best] = host;
+    for (const std::size_t neighbour : placement.processes[*best].neighbours) ++ties[neighbour];
   }
 }
 
