@@ -58,7 +58,8 @@ class Node final : public RunMember {
   void greet() override;
   void describe(wire::Presence& presence) const override;
   bool ask() override { return rounds_ && rounds_->ask(); }
-  [[nodiscard]] std::uint64_t progress() const override { return rounds_ ? rounds_->finished() : 0; }
+  [[nodiscard]] std::uint64_t heard() const override { return rounds_ ? rounds_->heard() + rounds_->finished() : 0; }
+  [[nodiscard]] std::uint64_t came_twice() const override { return rounds_ ? rounds_->came_twice() : 0; }
   [[nodiscard]] bool more_to_do() const override { return !to_pass_on_.empty() || (over() && (!last_words_ || may_leave())); }
   bool do_more(Lock& lock) override;
   [[nodiscard]] wire::ReaderEvents reader_events() const override;

@@ -38,7 +38,8 @@ class PlantNode final : public RunMember {
   [[nodiscard]] bool greeting_needed() const override { return rounds_ && meeting_.greeting_needed(next(), granted_until_); }
   void greet() override;
   bool ask() override { return rounds_ && rounds_->ask(); }
-  [[nodiscard]] std::uint64_t progress() const override { return rounds_ ? rounds_->round() : 0; }
+  [[nodiscard]] std::uint64_t heard() const override { return rounds_ ? rounds_->heard() + rounds_->round() : 0; }
+  [[nodiscard]] std::uint64_t came_twice() const override { return rounds_ ? rounds_->came_twice() : 0; }
   void describe(wire::Presence& presence) const override;
   [[nodiscard]] wire::ReaderEvents reader_events() const override;
   [[nodiscard]] std::uint64_t sent_again_bytes() const override;

@@ -44,8 +44,11 @@ void PlantRounds::receive(const Actuation& actuation) {
   const auto at = processes_.find(actuation.process);
   if (at == processes_.end()) return;
   if (realtime_ ? !steered_ || actuation.round < at->second.newest
-                : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_)
+                : at->second.acted || actuation.round != physics_.round() || !measured_ || !steered_) {
+    if (at->second.asked > 0 && at->second.asked_of == actuation.round) ++came_twice_;
     return;
+  }
+  ++heard_;
   const auto is_there = [&](AgentId i) { return physics_.present(i, actuation.round); };
   if (std::none_of(at->second.agents.begin(), at->second.agents.end(), is_there)) return;  // will be killed, but on the clock a moment late
   std::size_t used = 0;
@@ -98,7 +101,6 @@ void PlantRounds::measure() {
   measured_ = true;
   for (auto& [name, process] : processes_) {
     process.acted = false;
-    process.asked = 0;
     if (!takes_part(process)) continue;
     if (steered_) ++missing_;
     values_.clear();
@@ -138,8 +140,11 @@ bool PlantRounds::ask() {
   if (!measured_ || missing_ == 0) return false;
   Standing standing;
   standing.slowest = physics_.round();
-  for (auto& [name, process] : processes_)
-    if (!process.acted && takes_part(process)) standing.gaps.push_back({AgentId{name}, physics_.round(), 1, process.asked++});
+  for (auto& [name, process] : processes_) {
+    if (process.acted || !takes_part(process)) continue;
+    if (std::exchange(process.asked_of, physics_.round()) != physics_.round()) process.asked = 0;
+    standing.gaps.push_back({AgentId{name}, physics_.round(), 1, process.asked++});
+  }
   if (tell_) tell_(std::move(standing));
   return true;
 }

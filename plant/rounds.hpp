@@ -31,6 +31,10 @@ class PlantRounds {
   void answer(const Standing& standing);
   /// Tells which controls are lacking; false if none is.
   bool ask();
+  /// How many controls have come that it can use.
+  [[nodiscard]] std::uint64_t heard() const { return heard_; }
+  /// How many of those that it had asked for have come once more: they were only late.
+  [[nodiscard]] std::uint64_t came_twice() const { return came_twice_; }
   [[nodiscard]] std::uint64_t sent_again_bytes() const { return sent_again_bytes_; }
   /// These agents are gone: nobody waits for their actuation. Their parts stand still, and go on being reported.
   void depart(std::span<const AgentId> agents);
@@ -66,7 +70,8 @@ class PlantRounds {
     Round newest = 0;             // real time: the round its newest controls are of, plus one
     bool there = false;           // it took part in the round before
     Round reached = 0;            // its slowest agent has come as far
-    std::uint32_t asked = 0;      // for its controls of the current round, so often
+    std::uint32_t asked = 0;      // for its controls of `asked_of`, so often
+    Round asked_of = 0;
     SentWindow sent;              // what it may still lack
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
@@ -90,7 +95,7 @@ class PlantRounds {
   std::size_t missing_ = 0;     // processes whose controls of this round are still to come
   Round until_ = 0, report_at_ = 0;
   bool report_due_ = false;
-  std::uint64_t missed_inputs_ = 0, sent_again_bytes_ = 0;
+  std::uint64_t missed_inputs_ = 0, sent_again_bytes_ = 0, heard_ = 0, came_twice_ = 0;
 };
 
 }  // namespace consort

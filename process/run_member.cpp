@@ -186,9 +186,10 @@ void RunMember::wait_for_work(Lock& lock) {
 
 // In lockstep whatever has been lost is asked for where the next message shows it, or here, where no next one comes.
 void RunMember::ask_if_stuck() {
-  const std::uint64_t before = std::exchange(seen_progress_, progress());
+  if (const std::uint64_t before = std::exchange(seen_twice_, came_twice()); seen_twice_ > before) patience_.was_hasty();
+  if (const std::uint64_t before = std::exchange(seen_heard_, heard()); seen_heard_ != before) return;
   const int asked = patience_.asked();
-  if (seen_progress_ != before || !ask())
+  if (!ask())
     has_gone_on();
   else if (patience_.asked() == asked)
     has_asked();  // it has only said how far it is

@@ -76,8 +76,10 @@ class RunMember {
   virtual void describe(wire::Presence& presence) const = 0;
   /// Lockstep: asks those it hears for what it lacks; false if it lacks nothing that could come.
   virtual bool ask() = 0;
-  /// Counts whatever can only happen when nothing is lacking: standing still is what it notices.
-  [[nodiscard]] virtual std::uint64_t progress() const = 0;
+  /// Counts what comes that it can use, and the rounds: while this stands still, so does everything.
+  [[nodiscard]] virtual std::uint64_t heard() const = 0;
+  /// Counts what came once more after it had been asked for.
+  [[nodiscard]] virtual std::uint64_t came_twice() const = 0;
   /// What else the main thread has to do; false: and then it has left the run.
   [[nodiscard]] virtual bool more_to_do() const { return false; }
   virtual bool do_more(Lock&) { return true; }
@@ -172,7 +174,7 @@ class RunMember {
   std::chrono::milliseconds greet_again_;
   Patience::Duration greeted_at_{};
   Patience patience_;
-  std::uint64_t seen_progress_ = 0;
+  std::uint64_t seen_heard_ = 0, seen_twice_ = 0;
   bool finish_ = false, finished_ = false, status_asked_ = false, shutdown_ = false, interrupted_ = false, orphaned_ = false,
        orchestrator_lost_ = false, ended_ = false, welcomed_ = false;
   std::size_t orchestrator_writers_ = 0;

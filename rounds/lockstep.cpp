@@ -61,7 +61,8 @@ void Lockstep::come_back(std::span<const AgentId> agents, Round round) {
 // sender's messages do not overtake each other.
 void Lockstep::deliver(std::uint32_t member, AgentId from, Round round, std::span<const double> message) {
   Member& receiver = hosted_[member];
-  if (receiver.mailbox().post(from, round, message) != Mailbox::Post::accepted) return;
+  if (receiver.mailbox().post(from, round, message) != Mailbox::Post::accepted) return note_twice(member, from, round);
+  ++heard_;
   if (!receiver.hears(from)) return;
   const Round now = receiver.round();
   if (round == now && --missing_[member] == 0) ready_.push_back(member);
@@ -85,7 +86,11 @@ const Lockstep::Measured* Lockstep::measured(Round k) const {
 
 void Lockstep::receive(const Measurement& measurement) {
   const Round k = measurement.round;
-  if (k < hosted_.slowest_round() || measured(k) != nullptr) return;
+  if (k < hosted_.slowest_round() || measured(k) != nullptr) {
+    for (std::size_t member = 0; member < hosted_.size(); ++member) note_twice(member, AgentId{0}, k);
+    return;
+  }
+  ++heard_;
   hosted_.check_length(measurement);
   const auto after =
       std::upper_bound(measured_.begin(), measured_.end(), k, [](Round round, const Measured& each) { return round < each.round; });
@@ -232,6 +237,13 @@ bool Lockstep::ask() {
     }
   }
   return tell();
+}
+
+// A message has come that is here already.
+void Lockstep::note_twice(std::size_t member, AgentId from, Round round) {
+  if (asked_.empty()) return;
+  const auto asked = asked_.find({member, from});
+  if (asked != asked_.end() && asked->second.round == round && asked->second.times > 0) ++came_twice_;
 }
 
 void Lockstep::say_round(std::size_t member) { standing_.readers[hosted_[member].id()] = told_[member] = hosted_[member].round(); }

@@ -33,6 +33,8 @@ class Lockstep final : public Rounds {
   void answer(const Standing& standing) override;
   bool ask() override;
   [[nodiscard]] std::uint64_t finished() const override { return finished_; }
+  [[nodiscard]] std::uint64_t heard() const override { return heard_; }
+  [[nodiscard]] std::uint64_t came_twice() const override { return came_twice_; }
   [[nodiscard]] std::uint64_t sent_again_bytes() const override { return sent_again_bytes_; }
 
  private:
@@ -59,6 +61,7 @@ class Lockstep final : public Rounds {
   [[nodiscard]] Round report_point(const Member& member) const;
   void go_on_blocked();
   void say_round(std::size_t member);
+  void note_twice(std::size_t member, AgentId from, Round round);
   void ask_for(std::size_t member, AgentId from);
   void ask_for_measurement(std::size_t member);
   void act_again(const Standing::Gap& gap);
@@ -85,7 +88,7 @@ class Lockstep final : public Rounds {
   Standing standing_;                                       // being put together
   std::map<std::pair<std::size_t, AgentId>, Asked> asked_;  // by member and sender; 0: the plant
   SentWindow acted_;                                        // the newest controls
-  std::uint64_t finished_ = 0, sent_again_bytes_ = 0;
+  std::uint64_t finished_ = 0, heard_ = 0, came_twice_ = 0, sent_again_bytes_ = 0;
 };
 
 }  // namespace consort

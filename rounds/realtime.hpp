@@ -32,6 +32,8 @@ class Realtime final : public Rounds {
   void answer(const Standing&) override {}
   bool ask() override { return false; }  // what is late is of no use
   [[nodiscard]] std::uint64_t finished() const override { return 0; }
+  [[nodiscard]] std::uint64_t heard() const override { return 0; }
+  [[nodiscard]] std::uint64_t came_twice() const override { return 0; }
   [[nodiscard]] std::uint64_t sent_again_bytes() const override { return 0; }
 
  private:

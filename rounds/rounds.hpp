@@ -53,6 +53,10 @@ class Rounds {
   virtual bool ask() = 0;
   /// How many rounds the members have finished together.
   [[nodiscard]] virtual std::uint64_t finished() const = 0;
+  /// How many messages have come that they can use.
+  [[nodiscard]] virtual std::uint64_t heard() const = 0;
+  /// How many of those that had been asked for have come once more: they were only late.
+  [[nodiscard]] virtual std::uint64_t came_twice() const = 0;
   [[nodiscard]] virtual std::uint64_t sent_again_bytes() const = 0;
 };
 

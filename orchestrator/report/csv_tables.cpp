@@ -1,10 +1,7 @@
-#include "orchestrator/report/tables.hpp"
-
-#include "core/errors.hpp"
+#include "orchestrator/report/text_tables.hpp"
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <iterator>
 
 namespace consort {
@@ -20,16 +17,15 @@ std::string csv_text(const std::string& text) {
   return result + '"';
 }
 
-class CsvTables : public TableSink {
+class CsvTables : public TextTables {
  public:
-  explicit CsvTables(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit CsvTables(std::filesystem::path folder) : TextTables(std::move(folder), ".csv") {}
 
   std::filesystem::path begin(const std::string& table, const std::vector<std::string>& columns) override {
-    file_ = folder_ / (table + ".csv");
-    out_.open(file_, std::ios::binary | std::ios::trunc);
+    open(table);
     for (std::size_t c = 0; c < columns.size(); ++c) text_ += (c > 0 ? "," : "") + csv_text(columns[c]);
     text_ += '\n';
-    return file_;
+    return file();
   }
 
   void row(std::span<const TableCell> cells) override {
@@ -41,24 +37,8 @@ class CsvTables : public TableSink {
       if (const auto* real = std::get_if<double>(&cells[c])) fmt::format_to(std::back_inserter(text_), "{}", *real);
     }
     text_ += '\n';
-    if (text_.size() > (1U << 20U)) flush();
+    flush_if_much();
   }
-
-  void end() override {
-    flush();
-    out_.close();
-    if (!out_) throw RunError("cannot write " + file_.string());
-  }
-
- private:
-  void flush() {
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
-  }
-
-  std::filesystem::path folder_, file_;
-  std::ofstream out_;
-  std::string text_;
 };
 
 }  // namespace

@@ -1,12 +1,9 @@
-#include "orchestrator/report/tables.hpp"
-
-#include "core/errors.hpp"
+#include "orchestrator/report/text_tables.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
 namespace consort {
@@ -16,18 +13,17 @@ std::string json_text(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-class JsonTables : public TableSink {
+class JsonTables : public TextTables {
  public:
-  explicit JsonTables(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  explicit JsonTables(std::filesystem::path folder) : TextTables(std::move(folder), ".json") {}
 
   std::filesystem::path begin(const std::string& table, const std::vector<std::string>& columns) override {
-    file_ = folder_ / (table + ".json");
-    out_.open(file_, std::ios::binary | std::ios::trunc);
-    text_ = "{\"columns\": [";
+    open(table);
+    text_ += "{\"columns\": [";
     for (std::size_t c = 0; c < columns.size(); ++c) text_ += (c > 0 ? ", " : "") + json_text(columns[c]);
     text_ += "],\n\"data\": [";
     first_ = true;
-    return file_;
+    return file();
   }
 
   void row(std::span<const TableCell> cells) override {
@@ -38,14 +34,12 @@ class JsonTables : public TableSink {
       append(cells[c]);
     }
     text_ += ']';
-    if (text_.size() > (1U << 20U)) flush();
+    flush_if_much();
   }
 
   void end() override {
     text_ += "\n]}\n";
-    flush();
-    out_.close();
-    if (!out_) throw RunError("cannot write " + file_.string());
+    TextTables::end();
   }
 
  private:
@@ -59,14 +53,6 @@ class JsonTables : public TableSink {
     else
       text_ += "null";
   }
-  void flush() {
-    out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    text_.clear();
-  }
-
-  std::filesystem::path folder_, file_;
-  std::ofstream out_;
-  std::string text_;
   bool first_ = true;
 };
 

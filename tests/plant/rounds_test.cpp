@@ -85,6 +85,31 @@ TEST(PlantRounds, WaitForEveryProcessAndMoveOnce) {
   EXPECT_FALSE(plant.report_due()) << "an older grant moves no report point";
 }
 
+TEST(PlantRounds, CountWhatTheyCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
+  const Experiment e = loop_of(3, 10);
+  PlantRounds plant(assignment_of(e, 1), [](std::uint32_t, Round, std::span<const double>) {});
+  plant.grant({1, 2, 2, {}});
+  plant.advance();
+  const std::vector<double> control{1.0};
+  const auto comes = [&](std::uint32_t process) {
+    plant.receive({1, process, 0, control});
+    plant.advance();
+  };
+  comes(1);
+  comes(1);
+  comes(2);
+  EXPECT_EQ(plant.heard(), 2u);
+  EXPECT_EQ(plant.came_twice(), 0u) << "nobody has asked";
+  EXPECT_TRUE(plant.ask());  // for what 3 has sent
+  comes(3);
+  EXPECT_EQ(plant.round(), 1u);
+  EXPECT_EQ(plant.came_twice(), 0u) << "that may have been the answer";
+  comes(3);
+  comes(2);
+  EXPECT_EQ(plant.heard(), 3u);
+  EXPECT_EQ(plant.came_twice(), 1u);
+}
+
 TEST(PlantRounds, RefuseControlsOfAnotherLength) {
   const Experiment e = loop_of(2, 10);
   PlantRounds plant(assignment_of(e, 1), [](std::uint32_t, Round, std::span<const double>) {});
@@ -240,14 +265,20 @@ class Loop {
   PlantRounds plant_;
 };
 
-TEST(ClosedLoop, AnyOrderOfArrivalGivesTheSimulatedRun) {
-  const Experiment e = loop_of(6, 60);
-  std::vector<std::uint64_t> simulated;
+/// Of the agents, then of their parts of the plant, at the end.
+std::vector<std::uint64_t> simulated_hashes(const Experiment& e) {
+  std::vector<std::uint64_t> hashes;
   simulate(e, e.protocols[0], e.seed, [&](const RoundReport& report) {
-    simulated.assign(report.hashes.begin(), report.hashes.end());
-    simulated.insert(simulated.end(), report.state_hashes.begin(), report.state_hashes.end());
+    hashes.assign(report.hashes.begin(), report.hashes.end());
+    hashes.insert(hashes.end(), report.state_hashes.begin(), report.state_hashes.end());
     return true;
   });
+  return hashes;
+}
+
+TEST(ClosedLoop, AnyOrderOfArrivalGivesTheSimulatedRun) {
+  const Experiment e = loop_of(6, 60);
+  const std::vector<std::uint64_t> simulated = simulated_hashes(e);
   for (std::uint64_t order = 0; order < 30; ++order) {
     SCOPED_TRACE(order);
     EXPECT_EQ(Loop(e, 1 + order % 3, Seed{order}).run(), simulated);
@@ -256,12 +287,7 @@ TEST(ClosedLoop, AnyOrderOfArrivalGivesTheSimulatedRun) {
 
 TEST(ClosedLoop, WhatIsLostIsAskedForUntilTheRunIsTheSimulatedOne) {
   const Experiment e = loop_of(6, 60);
-  std::vector<std::uint64_t> simulated;
-  simulate(e, e.protocols[0], e.seed, [&](const RoundReport& report) {
-    simulated.assign(report.hashes.begin(), report.hashes.end());
-    simulated.insert(simulated.end(), report.state_hashes.begin(), report.state_hashes.end());
-    return true;
-  });
+  const std::vector<std::uint64_t> simulated = simulated_hashes(e);
   for (const double loss : {0.02, 0.4})
     for (std::uint64_t order = 0; order < 6; ++order)
       EXPECT_EQ(Loop(e, 1 + order % 3, Seed{order}, loss).run(), simulated) << loss << ", " << order;

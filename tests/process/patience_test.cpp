@@ -46,6 +46,23 @@ TEST(Patience, IsNotLedAstrayByAnswersThatWereLateThemselves) {
   EXPECT_LT(patience.wait().count(), 0.015);
 }
 
+TEST(Patience, WhoAskedForWhatWasOnlyLateWaitsLongerUntilAnswersAreNeededAgain) {
+  Patience patience;
+  patience.asks(Seconds(0));
+  patience.goes_on(Seconds(0.01));
+  const Seconds before = patience.wait();
+  patience.was_hasty();
+  EXPECT_EQ(patience.wait(), 2.0 * before);
+  for (int i = 0; i < 100; ++i) patience.was_hasty();
+  EXPECT_EQ(patience.wait(), Patience::kMostReluctant);
+  for (int i = 1; i < 200; ++i) {  // every fifth answer comes twice: another had lost it, too
+    patience.asks(Seconds(i));
+    patience.goes_on(Seconds(i + 0.01));
+    if (i % 5 == 0) patience.was_hasty();
+  }
+  EXPECT_LE(patience.wait(), 2.0 * before);
+}
+
 TEST(Patience, WhoIsSlowHasLostNothing) {
   Patience patience;
   patience.asks(Seconds(0));

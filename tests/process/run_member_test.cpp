@@ -39,7 +39,8 @@ class Seeker : public RunMember {
   void greet() override {}
   void describe(wire::Presence&) const override {}
   bool ask() override { return false; }
-  [[nodiscard]] std::uint64_t progress() const override { return 0; }
+  [[nodiscard]] std::uint64_t heard() const override { return 0; }
+  [[nodiscard]] std::uint64_t came_twice() const override { return 0; }
   [[nodiscard]] wire::ReaderEvents reader_events() const override { return {}; }
   [[nodiscard]] std::uint64_t sent_again_bytes() const override { return 0; }
   [[nodiscard]] std::uint64_t missed_inputs() const override { return 0; }

@@ -46,7 +46,7 @@ FixedSchedule always(const Graph& graph) { return {{{std::make_shared<const Grap
 class Shuffled {
  public:
   Shuffled(const Experiment& experiment, std::size_t per_process, Seed order, double loss = 0.0, Round ahead = kLargestHalfWindow)
-      : experiment_(experiment), loss_(loss), ahead_(ahead), draws_(order.stream(Purpose("shuffle"))) {
+      : experiment_(experiment), loss_(loss), draws_(order.stream(Purpose("shuffle"))) {
     const auto support = experiment.schedule(experiment.seed).support(experiment.rounds);
     Assignment run;
     run.epoch = 1;
@@ -75,7 +75,7 @@ class Shuffled {
           [this, first](std::size_t member, Round round, std::span<const double> payload) {
             const AgentId from = agent_at(first + member);
             note_begun(from, round);
-            bag_.push_back([this, from, round, kept = std::vector<double>(payload.begin(), payload.end())](Lockstep& process) {
+            bag_.push_back([from, round, kept = std::vector<double>(payload.begin(), payload.end())](Lockstep& process) {
               process.receive(Information{1, from, round, kept});
             });
           },
@@ -198,7 +198,6 @@ class Shuffled {
 
   const Experiment& experiment_;
   double loss_;
-  Round ahead_;
   Stream draws_;
   std::vector<std::unique_ptr<Lockstep>> processes_;
   std::vector<Delivery> bag_;
@@ -267,6 +266,41 @@ TEST(Lockstep, OnTwoWayLinksNothingIsToldWhereNothingIsLost) {
   Shuffled inorder(experiment, 2, Seed{1}, 0.0, 2);
   EXPECT_EQ(inorder.run().hash, simulated.hash);
   EXPECT_LE(inorder.furthest_ahead(), 1u);
+}
+
+TEST(Lockstep, CountsWhatItCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
+  Experiment experiment = experiment_of(3, 5, "local_voting");
+  Assignment run;
+  run.seed = experiment.seed;
+  run.protocol = "local_voting";
+  run.agents = 3;
+  run.rounds = 5;
+  run.window = 10;
+  MemberTask member;
+  member.agent = AgentId{1};
+  member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
+  member.in_neighbours = {AgentId{2}, AgentId{3}};
+  Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
+  lockstep.grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
+  lockstep.advance();
+  const std::vector<double> x{1.0};
+  const auto comes = [&](std::uint32_t sender) {
+    lockstep.receive(Information{1, AgentId{sender}, 0, x});
+    lockstep.advance();
+  };
+  comes(2);
+  comes(2);
+  EXPECT_EQ(lockstep.heard(), 1u);
+  EXPECT_EQ(lockstep.came_twice(), 0u) << "nobody has asked";
+  EXPECT_TRUE(lockstep.ask());  // for what 3 has sent
+  comes(3);
+  EXPECT_EQ(lockstep.finished(), 1u);
+  EXPECT_EQ(lockstep.heard(), 2u);
+  EXPECT_EQ(lockstep.came_twice(), 0u) << "that may have been the answer";
+  comes(3);
+  comes(2);
+  EXPECT_EQ(lockstep.heard(), 2u);
+  EXPECT_EQ(lockstep.came_twice(), 1u);
 }
 
 TEST(Lockstep, AGrantThatNamesAnUnstatedGraphIsAnError) {

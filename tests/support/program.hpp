@@ -1,6 +1,7 @@
 #pragma once
 /// A real program run by a test: output in files, ended by pid, never left behind.
 
+#include "tests/support/text_of.hpp"
 #include "tests/support/tree.hpp"
 
 #include <fcntl.h>
@@ -15,7 +16,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -29,13 +29,6 @@ inline bool eventually(const std::function<bool()>& condition, double seconds = 
     poll(nullptr, 0, 5);
   }
   return true;
-}
-
-inline std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 /// A folder of the test's own, removed with it.

@@ -45,6 +45,7 @@ const std::map<std::string, std::string>& held_elsewhere() {
       {"orchestrator/report/record", "tests/orchestrator/report/record_test.cpp"},
       {"orchestrator/report/recorded_run", "tests/page/page_test.cpp"},
       {"orchestrator/report/summary_json", "tests/orchestrator/report/results_test.cpp"},
+      {"orchestrator/report/text_tables", "tests/orchestrator/report/tables_test.cpp"},
       {"orchestrator/report/watch", "tests/page/page_test.cpp"},
       {"orchestrator/run/", "tests/system/conformance_test.cpp"},
       {"orchestrator/run/connections", "tests/hosts/hosts_test.cpp"},

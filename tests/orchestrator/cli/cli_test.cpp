@@ -1,6 +1,7 @@
 #include "orchestrator/report/sqlite.hpp"
 #include "orchestrator/report/terminal.hpp"
 #include "tests/orchestrator/folder.hpp"
+#include "tests/support/program.hpp"
 #include "tests/support/tree.hpp"
 
 #include <fcntl.h>
@@ -22,13 +23,6 @@
 
 namespace consort {
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 struct Answer {
   int code = -1;
@@ -436,16 +430,6 @@ bool estimates_are_written(const std::filesystem::path& record) {
   }
 }
 
-/// Waits until `condition` holds; false after minutes, as a busy host may take them.
-bool eventually(const std::function<bool()>& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes(5);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::yield();
-  }
-  return true;
-}
-
 TEST_F(Cli, SignalsEndARunWithItsRecordIntact) {
   write_ring("telemetry: {every: 100}\n");
   for (const auto& [signal, code] : {std::pair{SIGINT, 130}, std::pair{SIGTERM, 143}}) {
@@ -453,7 +437,7 @@ TEST_F(Cli, SignalsEndARunWithItsRecordIntact) {
     const std::string out = "out" + std::to_string(code);
     const auto record = folder_.path() / out / "record.sqlite";
     const pid_t child = start({"run", "ring.yaml", "--rounds", "900000000", "--output", out});
-    ASSERT_TRUE(eventually([&] { return estimates_are_written(record); }));
+    ASSERT_TRUE(eventually([&] { return estimates_are_written(record); }, 300));
     ::kill(child, signal);
     const Answer answer = wait(child);
     EXPECT_EQ(answer.code, code);
@@ -473,7 +457,7 @@ TEST_F(Cli, KilledRunLeavesAReadableRecord) {
   write_ring("telemetry: {every: 100}\n");
   const auto record = folder_.path() / "out" / "record.sqlite";
   const pid_t child = start({"run", "ring.yaml", "--rounds", "900000000", "--output", "out"});
-  ASSERT_TRUE(eventually([&] { return estimates_are_written(record); }));
+  ASSERT_TRUE(eventually([&] { return estimates_are_written(record); }, 300));
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   const Answer answer = consort({"export", "out", "--csv"});

@@ -5,6 +5,7 @@
 #include "orchestrator/report/record_schema.hpp"
 #include "orchestrator/report/sqlite.hpp"
 #include "tests/orchestrator/folder.hpp"
+#include "tests/support/text_of.hpp"
 #include "tests/support/tree.hpp"
 
 #include <gtest/gtest.h>
@@ -360,24 +361,19 @@ TEST(Record, GraphsThatAreTooManyAreLeftOutAndItSaysSo) {
   EXPECT_EQ(number(none, "SELECT count(*) FROM events"), 0);
 }
 
-std::string text_of_file(const std::filesystem::path& file) {
-  std::ifstream in(file);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
 TEST(Record, OfAnOlderFormatIsExportedAndWhatItsWordsMeantIsSaid) {
   const ScratchFolder folder;
   {
     Database older(folder.path() / "record.sqlite", Database::Open::create);
-    older.run(text_of_file(std::filesystem::path(kSourceDir) / "tests/golden/record_format_1.sql"));
+    older.run(text_of(std::filesystem::path(kSourceDir) / "tests/golden/record_format_1.sql"));
   }
   const Exported exported = export_record(folder.path());
   EXPECT_EQ(exported.format, 1);
   EXPECT_EQ(exported.tables.size(), 7u);
   ASSERT_EQ(exported.remarks.size(), 2u);
   EXPECT_NE(exported.remarks[0].find("trace_hash in runs is of that run alone"), std::string::npos) << exported.remarks[0];
-  EXPECT_NE(text_of_file(folder.path() / "csv" / "runs.csv").find("c37df015d45c30fb"), std::string::npos);
-  EXPECT_NE(text_of_file(folder.path() / "csv" / "estimates.csv").find("\n0,1,3,-3\n"), std::string::npos);
+  EXPECT_NE(text_of(folder.path() / "csv" / "runs.csv").find("c37df015d45c30fb"), std::string::npos);
+  EXPECT_NE(text_of(folder.path() / "csv" / "estimates.csv").find("\n0,1,3,-3\n"), std::string::npos);
 }
 
 TEST(Record, OfANewerFormatOrOfSomebodyElseIsRefused) {
@@ -412,7 +408,7 @@ TEST(Record, WhatIsNoDatabaseIsNoRecord) {
 /// What the page says: by table ("## `runs`"), the columns (rows that begin "| `column` |").
 std::map<std::string, std::set<std::string>> described_tables() {
   std::map<std::string, std::set<std::string>> tables;
-  std::istringstream page(text_of_file(std::filesystem::path(kSourceDir) / "docs/guide/record.md"));
+  std::istringstream page(text_of(std::filesystem::path(kSourceDir) / "docs/guide/record.md"));
   std::string table;
   for (std::string line; std::getline(page, line);) {
     if (line.starts_with("#")) table = line.starts_with("## `") ? line.substr(4, line.size() - 5) : "";

@@ -3,6 +3,7 @@
 #include "orchestrator/report/record.hpp"
 #include "orchestrator/report/table.hpp"
 #include "tests/orchestrator/folder.hpp"
+#include "tests/support/text_of.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,20 +11,12 @@
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <sstream>
 #include <thread>
 
 namespace consort {
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 /// Two agents that have reached `value`, and `other`, after `rounds` rounds; agent 1 has started one below it.
 JobOutcome agreed_on(const Job& job, double value, std::size_t dimension, Round rounds, std::optional<double> other = {}) {

@@ -3,25 +3,17 @@
 #include "orchestrator/report/graphml.hpp"
 #include "orchestrator/report/record_schema.hpp"
 #include "tests/orchestrator/folder.hpp"
+#include "tests/support/text_of.hpp"
 
 #include <gtest/gtest.h>
 #include <matio.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <fstream>
 #include <pugixml.hpp>
-#include <sstream>
 
 namespace consort {
 namespace {
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
 
 /// The record of a run of two agents with two numbers each; agent 2 leaves before round 1.
 class Tables : public testing::Test {
