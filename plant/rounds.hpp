@@ -72,7 +72,7 @@ class PlantRounds {
     Round reached = 0;            // its slowest agent has come as far
     std::uint32_t asked = 0;      // for its controls of `asked_of`, so often
     Round asked_of = 0;
-    SentWindow sent;              // what it may still lack
+    SentWindow sent;  // what it may still lack
   };
   [[nodiscard]] bool takes_part(const Process& process) const;
   [[nodiscard]] bool may_measure();

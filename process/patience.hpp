@@ -1,8 +1,8 @@
 #pragma once
-/// How long nothing may come before one asks (again) for what is lacking: soon where messages are known to get lost, as measured round trips
-/// say; less often while nothing comes, but not much: where one stands still soon all do, and each may have lost something of its own. Who
-/// has asked for what was only late is more reluctant from then on: on a busy machine everything is late, and questions make it later. Told
-/// the time, knows no clock.
+/// How long nothing may come before one asks (again) for what is lacking: soon where messages are known to get lost, as measured round
+/// trips say; less often while nothing comes, but not much: where one stands still soon all do, and each may have lost something of its
+/// own. Who has asked for what was only late is more reluctant from then on: on a busy machine everything is late, and questions make it
+/// later. Told the time, knows no clock.
 
 #include <algorithm>
 #include <chrono>

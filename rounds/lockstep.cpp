@@ -61,7 +61,9 @@ void Lockstep::come_back(std::span<const AgentId> agents, Round round) {
 // sender's messages do not overtake each other.
 void Lockstep::deliver(std::uint32_t member, AgentId from, Round round, std::span<const double> message) {
   Member& receiver = hosted_[member];
-  if (receiver.mailbox().post(from, round, message) != Mailbox::Post::accepted) return note_twice(member, from, round);
+  const Mailbox::Post post = receiver.mailbox().post(from, round, message);
+  if (post == Mailbox::Post::duplicate || post == Mailbox::Post::stale) note_twice(member, from, round);
+  if (post != Mailbox::Post::accepted) return;
   ++heard_;
   if (!receiver.hears(from)) return;
   const Round now = receiver.round();

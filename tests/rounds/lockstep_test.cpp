@@ -238,7 +238,7 @@ TEST(Lockstep, WhatIsLostIsAskedForUntilTheRunIsTheSimulatedOne) {
         EXPECT_EQ(trace.hash, simulated.hash);
         EXPECT_EQ(trace.totals.delivered, simulated.totals.delivered);
         EXPECT_LE(shuffled.furthest_ahead(), 1 + order);
-        if (loss > 0.1) EXPECT_GT(shuffled.sent_again_bytes(), 0u);
+        EXPECT_TRUE(loss < 0.1 || shuffled.sent_again_bytes() > 0);
       }
     }
   }
@@ -283,7 +283,7 @@ TEST(Lockstep, CountsWhatItCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
   Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
   lockstep.grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
   lockstep.advance();
-  const std::vector<double> x{1.0};
+  const std::vector<double> x{1.0, 2.0};
   const auto comes = [&](std::uint32_t sender) {
     lockstep.receive(Information{1, AgentId{sender}, 0, x});
     lockstep.advance();
