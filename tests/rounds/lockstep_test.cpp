@@ -268,7 +268,8 @@ TEST(Lockstep, OnTwoWayLinksNothingIsToldWhereNothingIsLost) {
   EXPECT_LE(inorder.furthest_ahead(), 1u);
 }
 
-TEST(Lockstep, CountsWhatItCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
+/// Agent 1 of three that hear each other, in its first round of five.
+std::unique_ptr<Lockstep> first_of_three() {
   Experiment experiment = experiment_of(3, 5, "local_voting");
   Assignment run;
   run.seed = experiment.seed;
@@ -280,9 +281,15 @@ TEST(Lockstep, CountsWhatItCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
   member.agent = AgentId{1};
   member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
   member.in_neighbours = {AgentId{2}, AgentId{3}};
-  Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
-  lockstep.grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
-  lockstep.advance();
+  auto lockstep = std::make_unique<Lockstep>(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
+  lockstep->grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
+  lockstep->advance();
+  return lockstep;
+}
+
+TEST(Lockstep, CountsWhatItCanUseAndWhatCameOnceMoreAfterItWasAskedFor) {
+  const auto process = first_of_three();
+  Lockstep& lockstep = *process;
   const std::vector<double> x{1.0, 2.0};
   const auto comes = [&](std::uint32_t sender) {
     lockstep.receive(Information{1, AgentId{sender}, 0, x});
@@ -319,20 +326,8 @@ TEST(Lockstep, AGrantThatNamesAnUnstatedGraphIsAnError) {
 }
 
 TEST(Lockstep, SaysWhomTheSlowestAgentWaitsFor) {
-  Experiment experiment = experiment_of(3, 5, "local_voting");
-  Assignment run;
-  run.seed = experiment.seed;
-  run.protocol = "local_voting";
-  run.agents = 3;
-  run.rounds = 5;
-  run.window = 10;
-  MemberTask member;
-  member.agent = AgentId{1};
-  member.initial = experiment.initial_of(AgentId{1}, experiment.seed);
-  member.in_neighbours = {AgentId{2}, AgentId{3}};
-  Lockstep lockstep(run, std::span(&member, 1), [](std::size_t, Round, std::span<const double>) {});
-  lockstep.grant({1, 5, 5, {{0, 0, complete(3).edges()}}});
-  lockstep.advance();
+  const auto process = first_of_three();
+  Lockstep& lockstep = *process;
   const std::vector<double> values{1.0, 2.0};
   EXPECT_TRUE(lockstep.receive({1, AgentId{2}, 0, values}));
   const auto slowest = lockstep.hosted().slowest();
