@@ -6,7 +6,7 @@ SETUP ?= yes
 FUZZ_SECONDS ?= 300
 BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
-FILES ?= $$(git ls-files '*.cpp' ':!tests')
+FILES ?=
 
 .DEFAULT_GOAL := help
 .PHONY: help setup setup-tests configure configure-tests build run test experiments test-hosts soak bench fuzz docs tables format format-check tidy \
@@ -118,12 +118,15 @@ format: setup-tests
 format-check: setup-tests
 	@$(SOURCES) | xargs -n 16 -P $(JOBS) clang-format --dry-run --Werror
 
-# clang-tidy reads the compile commands, without GCC's precompiled headers and batches, and the headers generated from the IDL.
-# FILES='core/network/graph.cpp …' looks through these only.
+# clang-tidy looks through the product in batches, folder by folder, because most of what it reads are the headers that a folder's files have
+# in common; the compile commands are those without GCC's precompiled headers. FILES='core/network/graph.cpp …' looks through these only.
+LINT = build/lint
 tidy: setup-tests
-	@cmake --preset $(PRESET) -B build/tidy -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCONSORT_BATCHES=OFF >/dev/null
-	@cmake --build build/tidy --parallel $(JOBS) --target consort_idl_generate
-	@echo $(FILES) | xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p build/tidy 2>/dev/null
+	@cmake --preset $(PRESET) -B $(LINT) -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=$(if $(FILES),OFF,ON) \
+	  -DCONSORT_BATCHES=$(if $(FILES),OFF,ON) -DCONSORT_TESTS=OFF >/dev/null
+	@cmake --build $(LINT) --parallel $(JOBS) --target consort_idl_generate
+	@{ $(if $(FILES),echo $(FILES),find $(LINT)/CMakeFiles -name 'unity_*.cxx' | xargs grep -L '/$(LINT)/'; echo idl/card.cpp); } | \
+	  xargs -n 1 -P $(JOBS) clang-tidy --quiet --warnings-as-errors='*' -p $(LINT) 2>/dev/null
 
 cppcheck: setup-tests
 	@cppcheck --quiet --error-exitcode=1 --std=c++20 --language=c++ -j $(JOBS) --enable=warning,performance,portability \
