@@ -1,6 +1,7 @@
 #pragma once
-/// Numbers as users write them: decimal, whole, with nothing around them; what does not fit into the type is none.
+/// Numbers as users read and write them: decimal, whole, with nothing around them; what does not fit into the type is none.
 
+#include <array>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -18,6 +19,12 @@ std::optional<Number> parse_number(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+/// The shortest text that is read as this number again: 1e-09, 0.1, inf.
+inline std::string number_text(double value) {
+  std::array<char, 32> buffer{};
+  return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }
 
 /// "; did you mean 1000?" for "1e3": a whole number, but not written digit by digit. Else nothing.

@@ -2,6 +2,7 @@
 
 #include "core/errors.hpp"
 #include "core/math/decompositions.hpp"
+#include "core/number_text.hpp"
 
 #include <array>
 #include <cmath>
@@ -52,7 +53,7 @@ Matrix assembled(const Element& part, Eigen::Index elements) {
 }
 
 void require(bool good, const std::string& what, double found, const std::string& allowed) {
-  if (!good) throw ConfigError("beam: " + what + ": found " + std::to_string(found) + "; allowed: " + allowed);
+  if (!good) throw ConfigError("beam: " + what + ": found " + number_text(found) + "; allowed: " + allowed);
 }
 
 // Entries of the free nodes that start with degree of freedom `first`, every third.

@@ -2,6 +2,7 @@
 /// What models ask of the values they are made from.
 
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 #include "core/values.hpp"
 
 #include <cmath>
@@ -27,7 +28,7 @@ inline Eigen::Index whole_parameter(const Values& given, std::string_view name, 
                                     Eigen::Index high) {
   const double value = given.scalar(name, static_cast<double>(fallback));
   if (!(value >= static_cast<double>(low) && value <= static_cast<double>(high) && value == std::floor(value)))
-    throw ConfigError("parameter '" + std::string(name) + "': found " + std::to_string(value) + "; allowed: a whole number from " +
+    throw ConfigError("parameter '" + std::string(name) + "': found " + number_text(value) + "; allowed: a whole number from " +
                       std::to_string(low) + " to " + std::to_string(high));
   return static_cast<Eigen::Index>(value);
 }

@@ -2,6 +2,7 @@
 /// What protocols of all families ask of the values they are made from, and of what they measure.
 
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 #include "core/value_doc.hpp"
 #include "protocols/protocol.hpp"
 
@@ -28,7 +29,7 @@ inline double positive_parameter(std::string_view who, const Values& given, std:
                                  bool zero_too = false) {
   const double value = given.scalar(name, fallback);
   if (std::isfinite(value) && (value > 0.0 || (zero_too && value == 0.0))) return value;
-  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + std::to_string(value) +
+  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + number_text(value) +
                     (zero_too ? "; allowed: 0 or more" : "; allowed: above 0"));
 }
 
@@ -36,7 +37,7 @@ inline double positive_parameter(std::string_view who, const Values& given, std:
 inline bool flag(std::string_view who, const Values& values, std::string_view name) {
   const double value = values.scalar(name, 0.0);
   if (value == 0.0 || value == 1.0) return value == 1.0;
-  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + std::to_string(value) + "; allowed: 0 or 1");
+  throw ConfigError("protocol " + std::string(who) + ": " + std::string(name) + " is " + number_text(value) + "; allowed: 0 or 1");
 }
 
 }  // namespace consort

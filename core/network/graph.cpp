@@ -1,5 +1,7 @@
 #include "core/network/graph.hpp"
 
+#include "core/number_text.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -121,7 +123,7 @@ Graph complete(std::size_t n) {
 Graph erdos_renyi(std::size_t n, double probability, bool directed, Seed seed) {
   require_agents(n, "erdos_renyi");
   if (!(probability >= 0.0 && probability <= 1.0)) {
-    throw ConfigError("topology erdos_renyi: probability " + std::to_string(probability) + "; allowed: 0 to 1");
+    throw ConfigError("topology erdos_renyi: probability " + number_text(probability) + "; allowed: 0 to 1");
   }
   constexpr Purpose kPairs{"erdos renyi"};
   std::vector<Edge> edges;
@@ -142,7 +144,7 @@ Graph erdos_renyi(std::size_t n, double probability, bool directed, Seed seed) {
 Graph random_geometric(std::size_t n, double radius, Seed seed) {
   require_agents(n, "random_geometric");
   if (!(radius > 0.0 && std::isfinite(radius))) {
-    throw ConfigError("topology random_geometric: radius " + std::to_string(radius) + "; allowed: positive (sqrt(2) joins every pair)");
+    throw ConfigError("topology random_geometric: radius " + number_text(radius) + "; allowed: positive (sqrt(2) joins every pair)");
   }
   constexpr Purpose kPoints{"random geometric"};
   std::vector<std::array<double, 2>> points(n);
@@ -170,7 +172,7 @@ Graph from_adjacency(const Matrix& g) {
       const double weight = g(i, j);
       if (weight == 0.0) continue;
       const std::string place =
-          "topology adjacency: entry (" + std::to_string(i + 1) + ", " + std::to_string(j + 1) + ") is " + std::to_string(weight);
+          "topology adjacency: entry (" + std::to_string(i + 1) + ", " + std::to_string(j + 1) + ") is " + number_text(weight);
       if (!(weight > 0.0 && std::isfinite(weight))) throw ConfigError(place + "; allowed: zero or a positive weight");
       if (i == j) throw ConfigError(place + "; allowed: zero on the diagonal, a self-loop is implied");
       edges.push_back({{agent_at(static_cast<std::size_t>(j)), agent_at(static_cast<std::size_t>(i))}, weight});

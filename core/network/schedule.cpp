@@ -1,5 +1,7 @@
 #include "core/network/schedule.hpp"
 
+#include "core/number_text.hpp"
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -155,7 +157,7 @@ void Schedule::validate_spec() const {
     const auto& links = std::get<RandomLinks>(spec_);
     require_agents(links.base, agents_, "topology random_links");
     if (!(links.probability >= 0.0 && links.probability <= 1.0)) {
-      throw ConfigError("topology random_links: probability " + std::to_string(links.probability) + "; allowed: 0 to 1");
+      throw ConfigError("topology random_links: probability " + number_text(links.probability) + "; allowed: 0 to 1");
     }
   }
 }

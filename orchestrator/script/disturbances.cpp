@@ -1,5 +1,6 @@
 #include "orchestrator/script/disturbances.hpp"
 
+#include "core/number_text.hpp"
 #include "core/values.hpp"
 #include "orchestrator/script/numbers.hpp"
 #include "orchestrator/script/sensing.hpp"

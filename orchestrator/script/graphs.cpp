@@ -1,6 +1,7 @@
 #include "orchestrator/script/graphs.hpp"
 
 #include "core/counted.hpp"
+#include "core/number_text.hpp"
 #include "orchestrator/script/edges.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/topology.hpp"

@@ -2,6 +2,7 @@
 
 #include "core/counted.hpp"
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 #include "core/values.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,6 @@
 #include "orchestrator/script/links.hpp"
 
+#include "core/number_text.hpp"
 #include "orchestrator/script/edges.hpp"
 #include "orchestrator/script/link_reader.hpp"
 #include "orchestrator/script/resolved.hpp"

@@ -1,6 +1,7 @@
 #include "orchestrator/script/numbers.hpp"
 
 #include "core/counted.hpp"
+#include "core/number_text.hpp"
 #include "orchestrator/script/input_file.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/wording.hpp"

@@ -1,5 +1,6 @@
 #include "orchestrator/script/resolved.hpp"
 
+#include "core/number_text.hpp"
 #include "models/registry.hpp"
 #include "orchestrator/script/edges.hpp"
 #include "orchestrator/script/links.hpp"

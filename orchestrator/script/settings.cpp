@@ -1,6 +1,7 @@
 #include "orchestrator/script/settings.hpp"
 
 #include "core/counted.hpp"
+#include "core/number_text.hpp"
 #include "protocols/registry.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,6 @@
 #include "orchestrator/script/topology.hpp"
 
+#include "core/number_text.hpp"
 #include "orchestrator/script/graphs.hpp"
 #include "orchestrator/script/script.hpp"
 

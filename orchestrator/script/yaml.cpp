@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 namespace consort::script {
@@ -126,12 +125,6 @@ std::string shown(std::string_view text) {
       out += c;
   }
   return end == text.size() ? out : out + fmt::format("... ({} bytes)", text.size());
-}
-
-std::string number_text(double value) {
-  char buffer[64];
-  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value).ptr;
-  return std::string(buffer, end);
 }
 
 namespace {

@@ -62,8 +62,6 @@ std::optional<std::size_t> first_byte_not_utf8(std::string_view text);
 std::string describe(const YAML::Node& node);
 /// Text of the user's for a message: shortened if it is long, with what a terminal cannot show written as \x1b.
 std::string shown(std::string_view text);
-/// Shortest decimal text that reads back as the same number.
-std::string number_text(double value);
 
 /// A finite number, decimal, with nothing around it.
 std::optional<double> finite_number(std::string_view text);

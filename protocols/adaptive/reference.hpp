@@ -20,6 +20,7 @@
 /// with a larger one (Remark 33). Its sums lack the terms of missing messages; then the matrix is not symmetric in that round and the
 /// amplitudes drift.
 
+#include "core/number_text.hpp"
 #include "protocols/adaptive/gains.hpp"
 #include "protocols/protocol.hpp"
 
@@ -164,7 +165,7 @@ class Reference {
   static Round whole(std::string_view who, std::string_view what, double value, double least) {
     const double rounded = std::round(value);
     if (std::abs(value - rounded) > 1e-6 * rounded || rounded < least || rounded > 1e6)
-      throw ConfigError("protocol " + std::string(who) + ": " + std::string(what) + " is " + std::to_string(value) +
+      throw ConfigError("protocol " + std::string(who) + ": " + std::string(what) + " is " + number_text(value) +
                         "; allowed: a whole number from " + std::to_string(static_cast<int>(least)) + " to 1000000");
     return static_cast<Round>(rounded);
   }

@@ -18,6 +18,7 @@
 /// With Q = Omega = 0 every P keeps falling. Where double has no number for it any more, it has an exponent of its own
 /// (protocols/covariances.hpp), so x is what a double of unlimited range would give.
 
+#include "core/number_text.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
@@ -133,7 +134,7 @@ struct ContinuousKalmanConsensus {
   static int whole(const Values& values, std::string_view parameter, int fallback, int low, int high) {
     const double value = values.scalar(parameter, fallback);
     if (value != std::floor(value) || value < low || value > high)
-      throw ConfigError("protocol " + std::string(name) + ": " + std::string(parameter) + " is " + std::to_string(value) +
+      throw ConfigError("protocol " + std::string(name) + ": " + std::string(parameter) + " is " + number_text(value) +
                         "; allowed: a whole number from " + std::to_string(low) + " to " + std::to_string(high));
     return static_cast<int>(value);
   }

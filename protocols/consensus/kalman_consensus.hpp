@@ -15,6 +15,7 @@
 /// in-neighbours whatever Q. Where double has no number for it any more, it has an exponent of its own (protocols/covariances.hpp), so
 /// x is what a double of unlimited range would give.
 
+#include "core/number_text.hpp"
 #include "protocols/adapter.hpp"
 #include "protocols/consensus/theory.hpp"
 #include "protocols/covariances.hpp"
@@ -61,7 +62,7 @@ struct KalmanConsensus {
   static Params params(const Values& values, Eigen::Index n) {
     const double self_term = values.scalar("self_term", 0.0);
     if (self_term != 0.0 && self_term != 1.0)
-      throw ConfigError("protocol kalman_consensus: self_term is " + std::to_string(self_term) + "; allowed: 0 or 1");
+      throw ConfigError("protocol kalman_consensus: self_term is " + number_text(self_term) + "; allowed: 0 or 1");
     return {values.covariance("Q", n, 0.0), values.covariance("Omega", n, 0.0), self_term == 1.0};
   }
   static State init(const Params&, const Setup& setup) {

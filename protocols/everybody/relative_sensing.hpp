@@ -3,6 +3,7 @@
 /// of j minus its own; then, if it has an absolute measurement, minus its own output. Rows of an agent that is absent are kAbsent.
 
 #include "core/errors.hpp"
+#include "core/number_text.hpp"
 #include "protocols/protocol.hpp"
 
 #include <algorithm>
@@ -61,7 +62,7 @@ class RelativeSensing {
 inline Round patience_of(const Values& parameters, const std::string& who) {
   const double rounds = parameters.scalar("patience", 0.0);
   if (!(rounds >= 0.0 && rounds <= 1e6 && rounds == std::floor(rounds)))
-    throw ConfigError(who + ": patience is " + std::to_string(rounds) + "; allowed: a whole number of rounds, 0 to 1000000");
+    throw ConfigError(who + ": patience is " + number_text(rounds) + "; allowed: a whole number of rounds, 0 to 1000000");
   return static_cast<Round>(rounds);
 }
 
@@ -69,8 +70,8 @@ inline Round patience_of(const Values& parameters, const std::string& who) {
 inline double unique_id(const Values& parameters, const Setup& setup, std::string_view protocol) {
   const double id = parameters.scalar("id", static_cast<double>(setup.self.value));
   if (!(id >= 1.0 && id <= 1e15 && id == std::floor(id)))
-    throw ConfigError("protocol " + std::string(protocol) + ": agent " + std::to_string(setup.self.value) + ": id is " +
-                      std::to_string(id) + "; allowed: a whole number from 1");
+    throw ConfigError("protocol " + std::string(protocol) + ": agent " + std::to_string(setup.self.value) + ": id is " + number_text(id) +
+                      "; allowed: a whole number from 1");
   return id;
 }
 

@@ -5,6 +5,7 @@
 #include "core/math/discretise.hpp"
 #include "core/math/lyapunov.hpp"
 #include "core/math/schur.hpp"
+#include "core/number_text.hpp"
 #include "protocols/sensor_network/design.hpp"
 
 #include <algorithm>
@@ -151,7 +152,7 @@ GammaBounds gamma_bounds(const Matrix& A, const Graph& graph, const std::vector<
 
 Matrix discrete_lyapunov(const Matrix& A, const Matrix& Q) {
   const double radius = spectral_radius(A);
-  if (!(radius < 1.0)) refuse_unstable("the spectral radius of a step", std::to_string(radius));
+  if (!(radius < 1.0)) refuse_unstable("the spectral radius of a step", number_text(radius));
   // X_m = sum of A^k Q A'^k over k < 2^m: X_(m+1) = X_m + A^(2^m) X_m A'^(2^m)  (Smith 1968)
   Matrix X = Q, power = A;
   for (int doubling = 0; doubling < 60; ++doubling) {

@@ -27,5 +27,14 @@ TEST(OptionText, NumbersAreFiniteAndWithinTheirRange) {
     EXPECT_THROW(number_option("--loss", text, 0.0, 0.9), ConfigError) << text;
 }
 
+TEST(NumberText, IsTheShortestThatIsReadAsTheSameNumber) {
+  EXPECT_EQ(number_text(-1e-9), "-1e-09");
+  EXPECT_EQ(number_text(0.1), "0.1");
+  EXPECT_EQ(number_text(1e6), "1e+06");
+  EXPECT_EQ(number_text(12.0), "12");
+  EXPECT_EQ(number_text(std::numeric_limits<double>::infinity()), "inf");
+  for (const double value : {1.0 / 3.0, 6.02214076e23, -5e-324}) EXPECT_EQ(parse_number<double>(number_text(value)), value);
+}
+
 }  // namespace
 }  // namespace consort

@@ -106,6 +106,7 @@ TEST(AdaptiveConsensus, RefusesWhatMakesNoSenseAndSaysWhy) {
   EXPECT_EQ(refusal({}, {}), "");
   EXPECT_NE(refusal({{"beta", -1.0}}, {}).find("beta"), std::string::npos);
   EXPECT_NE(refusal({}, {{"c", 0.0}}).find("allowed: above 0"), std::string::npos);
+  EXPECT_NE(refusal({}, {{"c", -1e-9}}).find("c is -1e-09; allowed: above 0"), std::string::npos);
   EXPECT_NE(refusal({}, {}, 4).find("whole state"), std::string::npos);
   EXPECT_NE(refusal({{"reference", 2.0}}, {}).find("xi"), std::string::npos);
   EXPECT_NE(refusal({{"reference", 2.0}, {"xi", 10.0}}, {}).find("initial r"), std::string::npos);

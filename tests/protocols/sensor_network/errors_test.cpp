@@ -410,7 +410,7 @@ TEST(DiscreteLyapunov, SolvesItsEquationAndRefusesAnUnstableStep) {
     ASSERT_LT((A * X * A.transpose() + Q - X).norm(), 1e-12 * X.norm());
   }
   EXPECT_EQ(complaint([] { discrete_lyapunov(Matrix{{1.5}}, Matrix{{1.0}}); }),
-            "the network of observers has no stationary covariance: the spectral radius of a step is 1.500000");
+            "the network of observers has no stationary covariance: the spectral radius of a step is 1.5");
 }
 
 TEST(SensorNetwork, CovarianceOfTwoScalarObserversIsTheOneByHand) {
