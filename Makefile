@@ -90,10 +90,11 @@ endif
 	@cmake --preset fuzz
 	@cmake --build --preset fuzz --parallel $(JOBS)
 	@build/fuzz/bin/fuzz_seeds build/fuzz/seeds
-	@mkdir -p build/fuzz/wire build/fuzz/script build/fuzz/criterion
+	@mkdir -p build/fuzz/wire build/fuzz/script build/fuzz/criterion build/fuzz/graph
 	@cd build/fuzz && bin/fuzz_wire -max_total_time=$(FUZZ_SECONDS) -max_len=4096 wire seeds ../../tests/fuzz/corpus/wire
 	@cd build/fuzz && bin/fuzz_script -max_total_time=$(FUZZ_SECONDS) -max_len=3000 -timeout=20 script ../../experiments ../../tests/fuzz/corpus/script
 	@cd build/fuzz && bin/fuzz_criterion -max_total_time=$(FUZZ_SECONDS) -max_len=500 criterion ../../tests/fuzz/corpus/criterion
+	@cd build/fuzz && bin/fuzz_graph -max_total_time=$(FUZZ_SECONDS) -max_len=3000 graph ../../tests/fuzz/corpus/graph
 
 # The pages in the folders they lie in, with an index of the decisions; a link that leads nowhere fails.
 docs:

@@ -80,6 +80,7 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
   app_.require_subcommand(0, 1);
   verbs_.push_back(make_run_verb(app_, words_));
   verbs_.push_back(make_validate_verb(app_));
+  verbs_.push_back(make_graph_verb(app_));
   verbs_.push_back(make_list_verb(app_));
   verbs_.push_back(make_doctor_verb(app_));
   verbs_.push_back(make_export_verb(app_));

@@ -38,6 +38,7 @@ class Verb {
 
 std::unique_ptr<Verb> make_run_verb(CLI::App& parent, std::vector<std::string> command_line);
 std::unique_ptr<Verb> make_validate_verb(CLI::App& parent);
+std::unique_ptr<Verb> make_graph_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_list_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_doctor_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_export_verb(CLI::App& parent);

@@ -1,15 +1,12 @@
 #include "orchestrator/report/page_network.hpp"
 
 #include "core/network/graph.hpp"
+#include "orchestrator/report/drawing.hpp"
 
 #include <fmt/format.h>
-#include <graphviz/gvc.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <memory>
-#include <mutex>
 #include <set>
 
 namespace consort {
@@ -33,55 +30,6 @@ Edges edges_of(Database& database, std::int64_t graph) {
     edges.push_back(
         {{AgentId{static_cast<std::uint32_t>(row.integer(0))}, AgentId{static_cast<std::uint32_t>(row.integer(1))}}, row.real(2)});
   return edges;
-}
-
-// Where Graphviz puts the agents of a graph, in 0..1 both ways. A cycle is drawn as one.
-std::vector<std::pair<double, double>> places_of(std::size_t agents, const std::set<Edge>& edges) {
-  struct Free {
-    void operator()(Agraph_t* graph) const { agclose(graph); }
-  };
-  // Graphviz has one context in a process, for ever (a second one uses what the first has freed), and one user at a time.
-  static std::mutex one_at_a_time;
-  const std::lock_guard alone(one_at_a_time);
-  static GVC_t* const context = gvContext();
-  std::string name = "network";
-  const std::unique_ptr<Agraph_t, Free> graph(agopen(name.data(), Agundirected, nullptr));
-  std::string label = "label", nothing;
-  agattr(graph.get(), AGNODE, label.data(), nothing.data());  // no text, so no fonts
-  std::vector<Agnode_t*> nodes;
-  for (std::size_t i = 0; i < agents; ++i) nodes.push_back(agnode(graph.get(), std::to_string(i + 1).data(), 1));
-  std::set<std::pair<std::size_t, std::size_t>> drawn;
-  for (const Edge& edge : edges) {
-    const std::pair<std::size_t, std::size_t> ends = std::minmax({index_of(edge.from), index_of(edge.to)});
-    if (drawn.insert(ends).second) agedge(graph.get(), nodes[ends.first], nodes[ends.second], nullptr, 1);
-  }
-  // Cycles and trees look like what they are; with more edges, circo would take hours, and springs a moment.
-  const char* engine = drawn.size() <= agents ? "circo" : "neato";
-  std::vector<std::pair<double, double>> places(agents, {0.5, 0.5});
-  if (gvLayout(context, graph.get(), engine) != 0) return places;
-  double left = 1e300, right = -1e300, bottom = 1e300, top = -1e300;
-  for (std::size_t i = 0; i < agents; ++i) {
-    const pointf at = ND_coord(nodes[i]);
-    places[i] = {at.x, at.y};
-    left = std::min(left, at.x);
-    right = std::max(right, at.x);
-    bottom = std::min(bottom, at.y);
-    top = std::max(top, at.y);
-  }
-  const double size = std::max({right - left, top - bottom, 1e-9});
-  for (auto& [x, y] : places) {  // four digits are more than a screen has
-    x = std::round(1e4 * ((x - left) / size + 0.5 * (1.0 - (right - left) / size))) / 1e4;
-    y = std::round(1e4 * ((top - y) / size + 0.5 * (1.0 - (top - bottom) / size))) / 1e4;
-  }
-  gvFreeLayout(context, graph.get());
-  return places;
-}
-
-std::string facts_of(const Graph& graph) {
-  std::string text = fmt::format("{} edge{}", graph.edge_count(), graph.edge_count() == 1 ? "" : "s");
-  if (undirected(graph)) text += ", undirected";
-  text += strongly_connected(graph) ? ", strongly connected" : has_spanning_tree(graph) ? ", with a spanning tree" : ", not connected";
-  return text + (balanced(graph) ? ", balanced" : ", not balanced");
 }
 
 // Up to `kMostSegments`, over the whole run.

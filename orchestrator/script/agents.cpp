@@ -14,7 +14,6 @@ namespace consort::script {
 
 namespace {
 
-constexpr std::uint64_t kMostAgents = 100'000;
 
 std::vector<std::string> protocol_names() {
   std::vector<std::string> names;

@@ -9,6 +9,8 @@
 
 namespace consort::script {
 
+inline constexpr std::uint64_t kMostAgents = 100'000;
+
 /// Where a value stands in the file: "initial P", "override 10 initial P", "parameter Q" -> place.
 using Places = std::map<std::string, YAML::Mark>;
 

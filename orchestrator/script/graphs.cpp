@@ -3,6 +3,8 @@
 #include "core/counted.hpp"
 #include "core/number_text.hpp"
 #include "orchestrator/script/edges.hpp"
+#include "orchestrator/script/graph_file.hpp"
+#include "orchestrator/script/input_file.hpp"
 #include "orchestrator/script/memory.hpp"
 #include "orchestrator/script/topology.hpp"
 #include "orchestrator/script/wording.hpp"
@@ -106,6 +108,14 @@ std::optional<GraphRead> read_random_geometric(const TopologyContext& context, c
               [&] { return random_geometric(context.agents, *radius, Seed{seed}); });
 }
 
+YAML::Node edge_node(const WeightedEdge& edge) {
+  if (edge.weight == 1.0) return YAML::Node(edge_text(edge.edge));
+  YAML::Node weighted;
+  weighted["edge"] = edge_text(edge.edge);
+  weighted["weight"] = number_text(edge.weight);
+  return weighted;
+}
+
 std::optional<GraphRead> read_edge_graph(const TopologyContext& context, const YAML::Node& node, const std::string& what) {
   if (!node.IsSequence()) {
     context.mistakes.add(
@@ -135,14 +145,7 @@ std::optional<GraphRead> read_edge_graph(const TopologyContext& context, const Y
       if (!seen.insert(edge).second)
         context.mistakes.add(entry, fmt::format("{}: found the edge {} a second time; allowed: each edge once", place, edge_text(edge)));
       edges.push_back({edge, weight});
-      if (weight == 1.0) {
-        list.push_back(edge_text(edge));
-      } else {
-        YAML::Node weighted;
-        weighted["edge"] = edge_text(edge);
-        weighted["weight"] = number_text(weight);
-        list.push_back(weighted);
-      }
+      list.push_back(edge_node({edge, weight}));
     }
   }
   if (context.mistakes.count() != before) return std::nullopt;
@@ -167,6 +170,39 @@ std::optional<GraphRead> read_adjacency(const TopologyContext& context, const YA
     canonical["adjacency"].push_back(row);
   }
   return made(context, node, what, fmt::format("adjacency {} x {}", n, n), canonical, [&] { return from_adjacency(*matrix); });
+}
+
+// `{file: graph.graphml}`, or `{file: {path: graph.edges, both_ways: true}}`.
+std::optional<GraphRead> read_file(const TopologyContext& context, const YAML::Node& node, const std::string& what) {
+  YAML::Node path = node;
+  bool both_ways = false;
+  if (node.IsMap()) {
+    const Section section(context.mistakes, node, what, "/definitions/topology_rule/properties/file/oneOf/1");
+    path.reset(section.required("path"));  // = would change the document
+    if (const auto switched = section.find("both_ways"); present(switched)) both_ways = plain_switch(switched).value_or(false);
+    if (!present(path)) return std::nullopt;
+  }
+  const auto name = read_text(context.mistakes, path, what);
+  if (!name) return std::nullopt;
+  const std::filesystem::path file = context.directory / *name;
+  try {
+    const std::string ending = file.extension().string();
+    const auto graph = std::make_shared<const Graph>(
+        read_graph_file(read_input(file), ending.empty() ? ending : ending.substr(1), context.agents, both_ways).graph);
+    YAML::Node canonical;
+    canonical["edges"] = YAML::Node(YAML::NodeType::Sequence);
+    for (const WeightedEdge& edge : graph->edges()) canonical["edges"].push_back(edge_node(edge));
+    return GraphRead{std::move(graph), fmt::format("{}, {}", *name, counted(canonical["edges"].size(), "edge")), canonical};
+  } catch (const GraphFileError& error) {
+    if (error.line > 0) {
+      context.mistakes.add(file.string(), error.line, 1, error.what());
+    } else {
+      context.mistakes.add(path, fmt::format("{}: '{}': {}", what, shown(*name), error.what()));
+    }
+  } catch (const ConfigError& error) {
+    context.mistakes.add(path, fmt::format("{}: found '{}', which {} beside the experiment", what, shown(*name), error.what()));
+  }
+  return std::nullopt;
 }
 
 // The only key of a topology mapping and its value.
@@ -196,12 +232,13 @@ std::optional<GraphRead> read_graph(const TopologyContext& context, const YAML::
     if (key == "erdos_renyi") return read_erdos_renyi(context, rule->second, place);
     if (key == "random_geometric") return read_random_geometric(context, rule->second, place);
     if (key == "edges") return read_edge_graph(context, rule->second, place);
+    if (key == "file") return read_file(context, rule->second, place);
     if (key == "adjacency") return read_adjacency(context, rule->second, place);
   }
   context.mistakes.add(
       node,
       fmt::format("{}: found the schedule '{}' where one graph is needed; allowed: directed_ring, ring, path, star, complete, erdos_renyi, "
-                  "random_geometric, edges, adjacency",
+                  "random_geometric, edges, adjacency, file",
                   what, key));
   return std::nullopt;
 }

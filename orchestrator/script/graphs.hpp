@@ -5,6 +5,7 @@
 #include "core/random.hpp"
 #include "orchestrator/script/yaml.hpp"
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@ namespace consort::script {
 /// One reading of a topology: where messages go, and what the graphs are made of.
 struct TopologyContext {
   Mistakes& mistakes;
+  std::filesystem::path directory;  ///< of the experiment: files are named from there
   std::size_t agents;
   Seed seed;
 };

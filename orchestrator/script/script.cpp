@@ -155,7 +155,8 @@ Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesys
   const YAML::Node agents = top.required("agents"), topology_node = top.required("topology");
   if (present(agents)) read_agents(mistakes, agents, directory, out, places);
   std::optional<TopologyRead> topology;
-  if (present(topology_node) && out.agents > 0) topology = read_topology(mistakes, topology_node, "topology", out.agents, out.seed);
+  if (present(topology_node) && out.agents > 0)
+    topology = read_topology(mistakes, topology_node, "topology", directory, out.agents, out.seed);
   // A run shortened on the command line may end before the file's last event.
   Events events(mistakes, overrides.rounds ? kMostRounds : out.rounds - 1, out);
   if (out.agents > 0) read_rest(mistakes, top, overrides, events, out);

@@ -22,6 +22,7 @@ std::span<const TopologyEntry> topology_table() {
       TopologyEntry{"random_geometric", "{random_geometric: {radius: 0.4}}", "points in the unit square joined within radius; drawn once"},
       TopologyEntry{"edges", "{edges: [1 -> 2, 2 <-> 3, {edge: 3 -> 1, weight: 0.5}]}", "explicit edges, sender -> receiver"},
       TopologyEntry{"adjacency", "{adjacency: [[0, 1], [1, 0]]}", "row i, column j: weight with which i receives from j"},
+      TopologyEntry{"file", "{file: graph.graphml}", "GraphML, MatrixMarket, adjacency CSV, edge list or node-link JSON"},
       TopologyEntry{"intervals", "{intervals: [{rounds: 5, topology: ring}, ...]}", "graphs one after the other; the last is held"},
       TopologyEntry{"periodic", "{periodic: [{rounds: 1, topology: ring}, ...]}", "graphs one after the other, then again"},
       TopologyEntry{"random_pairs", "{random_pairs: {dwell_rounds: [1, 8]}}",
@@ -106,9 +107,9 @@ std::optional<TopologyRead> read_random_links(const TopologyContext& context, co
 
 }  // namespace
 
-std::optional<TopologyRead> read_topology(Mistakes& mistakes, const YAML::Node& node, const std::string& what, std::size_t agents,
-                                          Seed seed) {
-  const TopologyContext context{mistakes, agents, seed};
+std::optional<TopologyRead> read_topology(Mistakes& mistakes, const YAML::Node& node, const std::string& what,
+                                          const std::filesystem::path& directory, std::size_t agents, Seed seed) {
+  const TopologyContext context{mistakes, directory, agents, seed};
   if (node.IsScalar() && node.Scalar() == "random_pairs") return read_random_pairs(context, node, what);
   if (node.IsMap() && node.size() == 1 && node.begin()->first.IsScalar()) {
     const std::string key = node.begin()->first.Scalar();

@@ -4,6 +4,7 @@
 #include "core/network/schedule.hpp"
 #include "orchestrator/script/yaml.hpp"
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,8 @@ struct TopologyRead {
   YAML::Node canonical;  ///< every default written out, seeds included
 };
 
-/// Reads a whole topology. `seed` is what random families take if they name none of their own.
-std::optional<TopologyRead> read_topology(Mistakes&, const YAML::Node&, const std::string& what, std::size_t agents, Seed seed);
+/// Reads a whole topology. `seed` is what random families take if they name none of their own; files are named from `directory`.
+std::optional<TopologyRead> read_topology(Mistakes&, const YAML::Node&, const std::string& what, const std::filesystem::path& directory,
+                                          std::size_t agents, Seed seed);
 
 }  // namespace consort::script

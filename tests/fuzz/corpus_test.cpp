@@ -1,6 +1,7 @@
 /// What fuzzing has found stays found: every file of the corpus goes through the fuzz targets' own functions, in every build.
 
 #include "tests/fuzz/criterion_text.hpp"
+#include "tests/fuzz/graph_text.hpp"
 #include "tests/fuzz/script_text.hpp"
 #include "tests/fuzz/wire_bytes.hpp"
 #include "tests/support/tree.hpp"
@@ -45,6 +46,12 @@ TEST(Corpus, NoCriterionDoesMoreThanBeRefused) {
   std::set<bool> fates;
   EXPECT_GE(every_file("criterion", [&](const std::vector<std::uint8_t>& bytes) { fates.insert(read_criterion(bytes)); }), 20u);
   EXPECT_EQ(fates.size(), 2u) << "some are criteria";
+}
+
+TEST(Corpus, NoGraphFileDoesMoreThanBeRefused) {
+  std::set<bool> fates;
+  EXPECT_GE(every_file("graph", [&](const std::vector<std::uint8_t>& bytes) { fates.insert(read_graph_text(bytes)); }), 20u);
+  EXPECT_EQ(fates.size(), 2u) << "some are graphs";
 }
 
 TEST(Corpus, TheSeedsOfEveryTopicAreDecoded) {

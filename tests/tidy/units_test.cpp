@@ -56,6 +56,8 @@ const std::map<std::string, std::string>& held_elsewhere() {
       {"orchestrator/script/", "tests/orchestrator/script/script_test.cpp"},
       {"orchestrator/script/criterion", "tests/orchestrator/script/criterion_property_test.cpp"},
       {"orchestrator/script/disturbances", "tests/orchestrator/script/plant_test.cpp"},
+      {"orchestrator/script/graph_lines", "tests/orchestrator/script/graph_file_test.cpp"},
+      {"orchestrator/script/graph_trees", "tests/orchestrator/script/graph_file_test.cpp"},
       {"orchestrator/script/link_reader", "tests/orchestrator/script/links_test.cpp"},
       {"orchestrator/script/lookalikes", "tests/orchestrator/script/slips_test.cpp"},
       {"orchestrator/script/measures", "tests/orchestrator/script/plant_test.cpp"},

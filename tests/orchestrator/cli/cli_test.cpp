@@ -150,6 +150,24 @@ TEST_F(Cli, RunSaysBeforehandWhatTheoryWarnsOfAndAfterwardsThatItDiverged) {
   EXPECT_GT(diverged[0]["to"], 1e40);
 }
 
+TEST_F(Cli, GraphTellsAndDrawsWhatAnExperimentOrAnotherProgramHas) {
+  write("path.edges", "anna bert\nbert carl 0.5\n");
+  Answer answer = consort({"graph", "path.edges", "--both-ways"});
+  EXPECT_EQ(answer.code, 0) << answer.err;
+  EXPECT_EQ(answer.out,
+            "3 agents: 4 edges, undirected, strongly connected, balanced\nin-degree 1 to 2, out-degree 1 to 2\n"
+            "algebraic connectivity 0.633975\n");
+  expect_contains(consort({"graph", "path.edges", "--svg"}).out, ">anna</text>");
+  expect_contains(consort({"graph", "path.edges", "--dot"}).out, "\"bert\" -> \"carl\" [label=\"0.5\"]");
+  write_ring();
+  EXPECT_EQ(nlohmann::json::parse(consort({"graph", "ring.yaml", "--json"}).out)["edges"], 10);
+  expect_contains(consort({"graph", "ring.yaml", "--graphml"}).out, "<edge source=\"1\" target=\"5\">");
+  write("bad.edges", "1 2\n2 2\n");
+  answer = consort({"graph", "bad.edges"});
+  EXPECT_EQ(answer.code, 2);
+  expect_contains(answer.err, "bad.edges:2: found an edge from '2' to '2'");
+}
+
 TEST_F(Cli, JsonOnStandardOutputIsTheSummary) {
   write_ring();
   const Answer answer = consort({"run", "ring.yaml", "--json", "--quiet", "--seed", "8", "--rounds", "30", "--output", "here"});
