@@ -29,7 +29,7 @@ endfunction()
 
 # Rooms of many small files are compiled several files at a time, which instantiates their common templates once: half of their time.
 # Which files go together follows from their folder and their name alone, so a new file makes its own batch be compiled again and no other.
-# CONSORT_BATCHES=OFF: one by one, for who works on them, and for clang-tidy.
+# CONSORT_BATCHES=OFF: one by one, for who works on them.
 option(CONSORT_BATCHES "Compile the files of core and orchestrator in batches" ON)
 function(consort_in_batches target)
   get_target_property(sources ${target} SOURCES)

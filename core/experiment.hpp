@@ -134,6 +134,8 @@ struct PlantSpec {
 /// How messages travel between processes.
 struct Transport {
   double loss = 0.0;  ///< share of all packets that every process throws away before they are sent: real loss, on discovery and control too
+  Seconds silence =
+      5.0;  ///< after so long without a sign of life a process is dead that nobody here has started, and so is its orchestrator
   // Of Information, Measurement and Actuation in mode realtime:
   bool reliable = false;
   std::uint32_t history = 1;            ///< samples kept per sender

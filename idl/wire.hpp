@@ -56,6 +56,9 @@ struct Telemetry {
   Performance performance = {};  ///< `process` is above
 };
 
+/// A process that no parent waits for shows so often that it is alive, and DDS says that it is silent when it has not for so long (s).
+constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
+
 /// Writes one topic with the QoS that topic has. T: Assignment, PlantAssignment, Grant, Command, Layouts, Presence, Telemetry.
 /// write() throws dds::core::Error, and ConfigError if a text or number does not fit the wire.
 template <class T>

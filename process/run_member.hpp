@@ -18,9 +18,6 @@
 
 namespace consort {
 
-/// A process that no parent waits for shows so often that it is alive, and is gone when it has not for so long (s).
-constexpr double kSignOfLifeEvery = 0.15, kSignOfLifeLease = 0.7;
-
 /// How a process comes into its run.
 struct Arrival {
   bool launched = false;  ///< by an orchestrator on this host, which waits for it and whose death is noticed by other means than DDS
@@ -133,7 +130,7 @@ class RunMember {
   void send_last_report(Lock& lock);
   /// For Presence.
   [[nodiscard]] std::optional<double> liveliness_lease() const {
-    return arrival_.launched ? std::nullopt : std::optional(kSignOfLifeLease);
+    return arrival_.launched ? std::nullopt : std::optional(wire::kSignOfLifeLease);
   }
 
   std::mutex mutex_;  // guards everything below, and what the derived class says it guards

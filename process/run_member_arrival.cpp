@@ -54,7 +54,7 @@ bool RunMember::join_run(Lock& lock) {
 
 // Who would have waited for its run for ever will meet the next one, once somebody starts it again: its exit code says so.
 void RunMember::lose_orchestrator() const {
-  constexpr const char* kText = "the orchestrator disappeared (its liveliness lease ran out)";
+  constexpr const char* kText = "the orchestrator disappeared: no sign of life for as long as its run allows (transport.silence)";
   if (arrival_.wait == 0.0) throw TimeoutError(kText);
   throw RunError(kText);
 }

@@ -90,7 +90,8 @@ dds::configuration::Settings settings_of(const RunProcessOptions& options, bool 
   if (options.lossy()) settings.spdp_interval = dds::configuration::kAnnounceAgain;
   settings.writer_high_watermark = std::size_t{1} << 30;  // a step on the receive thread must never wait for an acknowledgement
   settings.writer_linger = std::chrono::milliseconds(0);  // whoever needs to know that something arrived waits for it
-  settings.lease_duration = options.orchestrator == 0 ? std::chrono::milliseconds(2000) : dds::configuration::kLongestLease;
+  // Whether this process is alive its Presence tells; a cut, or a stop, must not make others forget it.
+  settings.lease_duration = dds::configuration::kLongestLease;
   if (options.port != 0 && !options.tuned) settings.spdp_interval = std::chrono::milliseconds(2000);
   if (options.port != 0) settings.port_base = static_cast<std::uint16_t>(options.port);
   if (options.discovery == "neighbours") {
@@ -172,7 +173,8 @@ class SignsOfLife {
           std::condition_variable_any ending;
           std::unique_lock lock(mutex);
           do participant.assert_liveliness();
-          while (!ending.wait_for(lock, stop, std::chrono::duration<double>(kSignOfLifeEvery), [&stop] { return stop.stop_requested(); }));
+          while (!ending.wait_for(lock, stop, std::chrono::duration<double>(wire::kSignOfLifeEvery),
+                                  [&stop] { return stop.stop_requested(); }));
         }) {}
 
  private:

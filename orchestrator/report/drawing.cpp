@@ -94,7 +94,11 @@ std::string facts_of(const Graph& graph) {
 }
 
 std::string dot_of(const Graph& graph, std::span<const std::string> names) {
-  std::string out = "digraph network {\n  node [shape=circle]\n";
+  std::string out =
+      "digraph network {\n"
+      "  graph [overlap=scale, outputorder=edgesfirst]\n"
+      "  node [shape=circle, style=filled, fillcolor=white, margin=0.03, fontname=\"sans-serif\"]\n"
+      "  edge [color=gray50, fontsize=9, fontname=\"sans-serif\"]\n";
   const auto name = [&](AgentId agent) { return names.empty() ? std::to_string(agent.value) : quoted(names[index_of(agent)]); };
   for (std::size_t i = 0; i < graph.agents(); ++i) out += fmt::format("  {}\n", name(agent_at(i)));
   for (const WeightedEdge& edge : graph.edges()) {

@@ -5,6 +5,7 @@
 #include "idl/dds_log.hpp"
 
 #include <chrono>
+#include <cmath>
 
 namespace consort {
 namespace {
@@ -15,7 +16,6 @@ constexpr unsigned kDomainIds = 230;
 constexpr unsigned kDomainAttempts = 5;
 constexpr std::size_t kWriterMemory = std::size_t{1} << 30;  // bytes a writer may hold before a write would wait
 constexpr milliseconds kAnnounceEvery{2000};  // neighbours mode: a first announcement may meet a process that is not there yet
-constexpr milliseconds kExternalLease{2000};  // how fast an agent on another host notices a dead orchestrator, and the other way round
 
 }  // namespace
 
@@ -28,7 +28,9 @@ Hubs::Hubs(const Experiment& experiment, const RunOptions& options, const Placem
   settings_.writer_high_watermark = kWriterMemory;
   settings_.writer_linger = milliseconds(0);
   settings_.transmit_loss = wiring_.transmit_loss;
-  settings_.lease_duration = wiring_.by_hand ? kExternalLease : dds::configuration::kLongestLease;
+  // So fast an agent that was started by hand notices a dead orchestrator.
+  const milliseconds silence(std::llround(1e3 * experiment.transport.silence));
+  settings_.lease_duration = wiring_.by_hand ? silence : dds::configuration::kLongestLease;
   if (wiring_.neighbours)
     open_neighbours(callbacks);
   else

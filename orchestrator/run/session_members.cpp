@@ -11,8 +11,6 @@
 namespace consort {
 namespace {
 
-constexpr std::chrono::milliseconds kSecondLook{150};  // a silent process on another host may still be heard again
-
 bool is_awaited(const ProcessState& state) { return state.started && !state.found; }
 
 }  // namespace
@@ -81,15 +79,19 @@ void Session::watch_children() {
   }
 }
 
-// Who is not launched from here, and silent, is dead; but not if this very host has slept, which a moment shows.
+// Who is not launched from here, and silent for longer than the run allows, is dead. DDS has told of the silence when it had lasted for a
+// lease of its Presence.
 void Session::watch_external() {
   if (leaving_) return;
+  const Seconds silence = experiment_.transport.silence;
   for (std::size_t p = 0; p < processes_.size(); ++p) {
     const ProcessState& state = processes_[p];
     const auto silent = silent_.find(p);
-    if (!state.external || !state.started || silent == silent_.end() || Clock::now() - silent->second < kSecondLook) continue;
+    if (!state.external || !state.started || silent == silent_.end() ||
+        Clock::now() - silent->second < std::chrono::duration<double>(silence - wire::kSignOfLifeLease))
+      continue;
     is_gone(p, Roster::Departure::died);
-    lose(p, fmt::format("{} ({}) gives no sign of life any more", state.name, state.where));
+    lose(p, fmt::format("{} ({}) has given no sign of life for {:g} s (transport.silence)", state.name, state.where, silence));
   }
 }
 

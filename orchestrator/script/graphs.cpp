@@ -192,7 +192,7 @@ std::optional<GraphRead> read_file(const TopologyContext& context, const YAML::N
     YAML::Node canonical;
     canonical["edges"] = YAML::Node(YAML::NodeType::Sequence);
     for (const WeightedEdge& edge : graph->edges()) canonical["edges"].push_back(edge_node(edge));
-    return GraphRead{std::move(graph), fmt::format("{}, {}", *name, counted(canonical["edges"].size(), "edge")), canonical};
+    return GraphRead{graph, fmt::format("{}, {}", *name, counted(canonical["edges"].size(), "edge")), canonical};
   } catch (const GraphFileError& error) {
     if (error.line > 0) {
       context.mistakes.add(file.string(), error.line, 1, error.what());

@@ -180,6 +180,7 @@ Node transport_of(const Transport& transport) {
   if (transport.lifespan) out["lifespan"] = number_text(*transport.lifespan);
   if (transport.dds_deadline) out["deadline"] = number_text(*transport.dds_deadline);
   out["liveliness"] = number_text(transport.liveliness_lease);
+  out["silence"] = number_text(transport.silence);
   return out;
 }
 

@@ -32,6 +32,10 @@ void read_transport(Mistakes& mistakes, const Section& top, Experiment& experime
   duration("lifespan", out.lifespan);
   duration("deadline", out.dds_deadline);
   duration("liveliness", out.liveliness_lease);
+  duration("silence", out.silence);
+  constexpr Seconds kLeast = 1.0, kMost = 3600.0;
+  if (out.silence < kLeast || out.silence > kMost)
+    mistakes.add(section.find("silence"), fmt::format("transport.silence: found {} s; allowed: 1 s to 3600 s", number_text(out.silence)));
 }
 
 void read_recording(Mistakes& mistakes, const YAML::Node& node, Experiment& out) {

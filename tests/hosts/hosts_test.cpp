@@ -157,6 +157,49 @@ TEST_F(Hosts, WhoeverIsKilledNothingIsLeftAndTheCulpritIsNamed) {
   EXPECT_NE(far_end.find("is out of reach: the connection to node"), std::string::npos) << far_end;
 }
 
+TEST_F(Hosts, ACutShorterThanTheSilenceIsGoneThroughAndALongerOneNamesWhoWasCut) {
+  folder_.write("hosts.yaml",
+                fmt::format("- {{name: here, launcher: local, slots: 3}}\n- {{name: bench, address: {}, launcher: manual, agents: 4}}\n",
+                            address(3)));
+  const auto by_hand = [&](Program& program) {
+    const std::string beginning = "waiting for agent 4 on bench: ";
+    EXPECT_TRUE(eventually([&] { return program.over() || program.err().find(beginning) != std::string::npos; }));
+    const std::string said = program.err();
+    const std::size_t at = std::min(said.find(beginning), said.size() - beginning.size());
+    return network_.on(3, said.substr(at + beginning.size(), said.find('\n', at) - at - beginning.size()));
+  };
+  const auto rounds = [&](const char* output) {
+    return network_
+               .on(0, fmt::format("cd {} && test $(python3 -c \"import sqlite3; print(sqlite3.connect('{}/record.sqlite')"
+                                  ".execute('select count(*) from estimates').fetchone()[0])\") -gt 100",
+                                  folder_.path().string(), output))
+               ->wait() == 0;
+  };
+  const auto link = [&](const char* state) { EXPECT_EQ(network_.on(0, fmt::format("ip link set v3 {}", state))->wait(), 0); };
+  {
+    const auto program =
+        run(experiment(4, "telemetry: {every: 10}\ntransport: {silence: 60 s}\n", 30'000), "--hosts hosts.yaml --output short");
+    const auto agent = by_hand(*program);
+    EXPECT_TRUE(eventually([&] { return program->over() || rounds("short"); })) << program->err();
+    link("down");
+    poll(nullptr, 0, 3000);
+    link("up");
+    EXPECT_EQ(program->wait(), 0) << program->err();
+    EXPECT_EQ(agent->wait(), 0) << agent->err();
+    EXPECT_EQ(hash(*program), simulated());
+  }
+  const auto program = run(experiment(4, "telemetry: {every: 10}\ntransport: {silence: 2 s}\nstop: {deadline: 600 s}\n", 1'000'000'000),
+                           "--hosts hosts.yaml --output long");
+  const auto agent = by_hand(*program);
+  EXPECT_TRUE(eventually([&] { return program->over() || rounds("long"); })) << program->err();
+  link("down");
+  EXPECT_EQ(program->wait(), 3) << program->err();
+  EXPECT_TRUE(std::regex_search(program->err(), std::regex(R"(agent-4 \(pid .*has given no sign of life for 2 s)"))) << program->err();
+  EXPECT_EQ(agent->wait(), 3) << agent->err();
+  EXPECT_NE(agent->err().find("the orchestrator disappeared"), std::string::npos) << agent->err();
+  link("up");
+}
+
 TEST_F(Hosts, WhoCannotTakePartIsNamedWithTheRemedyAndNothingStarts) {
   const auto other = folder_.write(
       "other", "#!/bin/sh\necho '{\"lends\": \"0.0.1/abc/0.10.2/\", \"host\": \"old\", \"pid\": 1, \"arithmetic\": \"\"}'\ncat\n");

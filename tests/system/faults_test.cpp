@@ -422,6 +422,28 @@ TEST(Faults, AnAgentStartedByHandThatIsKilledIsNoticed) {
   }
 }
 
+/// A cable that was out, a laptop that slept: both ends go on where they were.
+TEST(Faults, AnAgentStartedByHandMayBeAwayForLessThanTheSilenceAllowed) {
+  const SharedKey key;
+  const std::string name = unique_run_name("away"),
+                    text = std::string(kShort).replace(std::string(kShort).find("rounds: 40"), 10, "rounds: 20000") +
+                           "links: {loss: 0.1}\ntransport: {silence: 60 s}\n";
+  const Folder folder;
+  Program agent(folder, "consort-agent", {"--id", "4", "--run", name, "--domain", "66"});
+  Command run(text, {"--name", name, "--domain", "66", "--external", "4"});
+  ASSERT_TRUE(eventually([&] { return run.goes_on(); })) << run.program->err();
+  for (Program* sleeper : {&agent, run.program.get()}) {
+    sleeper->signal(SIGSTOP);
+    poll(nullptr, 0, 3000);  // DDS itself says after 0.7 s that it is silent
+    sleeper->signal(SIGCONT);
+  }
+  EXPECT_EQ(run.program->wait(), 0) << run.program->err();
+  EXPECT_EQ(agent.wait(), 0) << agent.err();
+  Command simulated(text, {}, "simulate");
+  EXPECT_EQ(simulated.program->wait(), 0);
+  EXPECT_EQ(run.summary()["trace_hash"], simulated.summary()["trace_hash"]);
+}
+
 /// Both ends say at once what is wrong; the run goes on.
 void expect_refused(Command& run, Program& stranger, const std::vector<std::string>& words) {
   EXPECT_EQ(stranger.wait(60), 3) << stranger.err();

@@ -17,9 +17,8 @@ Graph weighted() {
 }
 
 TEST(Drawing, DotHasALineWithoutArrowWhereBothDirectionsAreAlike) {
-  EXPECT_EQ(dot_of(weighted(), {}),
-            "digraph network {\n  node [shape=circle]\n  1\n  2\n  3\n  1 -> 2 [dir=none]\n  3 -> 2 [label=\"0.25\"]\n"
-            "  2 -> 3 [label=\"0.5\"]\n}\n");
+  const std::string dot = dot_of(weighted(), {});
+  EXPECT_TRUE(dot.ends_with("\n  1\n  2\n  3\n  1 -> 2 [dir=none]\n  3 -> 2 [label=\"0.25\"]\n  2 -> 3 [label=\"0.5\"]\n}\n")) << dot;
 }
 
 TEST(Drawing, NamesAreTextWhateverTheyAre) {
