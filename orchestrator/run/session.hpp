@@ -111,6 +111,7 @@ class Session {
   Remarks remarks_;
   std::vector<std::string> early_remarks_;           // told before the first round, and again if it never comes to that
   std::map<std::size_t, Clock::time_point> silent_;  // who is not launched from here, and since when nothing is heard of it
+  std::map<std::size_t, std::pair<Clock::time_point, std::string>> early_;  // launched processes that left unasked: since when, in words
   struct Stopped {
     std::string process;
     Clock::time_point until;

@@ -58,7 +58,11 @@ void Session::handle(wire::Presence&& presence) {
   if (said == wire::State::failed && !may_fail)  // else its process ends by itself
     throw RunError(fmt::format("{} ({}) failed: {}", state.name, state.where, note));
   if (said != wire::State::leaving) return;
-  if (!leaving_ && !state.leaves && !may_fail) throw RunError(fmt::format("{} ({}) left in round {}", state.name, state.where, round));
+  if (!leaving_ && !state.leaves && !may_fail) {
+    const std::string text = fmt::format("{} ({}) left in round {}", state.name, state.where, round);
+    if (state.external) throw RunError(text);
+    early_.try_emplace(*process, Clock::now(), text);
+  }
   if (state.external) is_gone(*process, Roster::Departure::left);
 }
 
@@ -70,12 +74,17 @@ void Session::is_gone(std::size_t process, Roster::Departure how) {
 
 void Session::watch_children() {
   if (!fleet_ || leaving_) return;
+  constexpr std::chrono::seconds kPatience{2};  // who has said that it leaves is about to end; how it does, or its connection, says why
+  for (const auto& [process, word] : early_)
+    if (Clock::now() - word.first > kPatience) throw RunError(word.second);
   while (const auto death = fleet_->next_death()) {
     const std::size_t process = processes_.index_of_name(death->name);
     const bool killed = processes_[process].dying;
     const bool left = death->signal == 0 && death->exit_code == 0 && processes_[process].leaves;
     is_gone(process, killed ? Roster::Departure::killed : left ? Roster::Departure::left : Roster::Departure::died);
-    if (!killed && !left) lose(process, death->text());
+    if (killed || left) continue;
+    const auto said = early_.find(process);
+    lose(process, said != early_.end() && death->how.empty() ? said->second.second : death->text());
   }
 }
 

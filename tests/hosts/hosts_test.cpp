@@ -178,7 +178,7 @@ TEST_F(Hosts, ACutShorterThanTheSilenceIsGoneThroughAndALongerOneNamesWhoWasCut)
   const auto link = [&](const char* state) { EXPECT_EQ(network_.on(0, fmt::format("ip link set v3 {}", state))->wait(), 0); };
   {
     const auto program =
-        run(experiment(4, "telemetry: {every: 10}\ntransport: {silence: 60 s}\n", 30'000), "--hosts hosts.yaml --output short");
+        run(experiment(4, "dt: 0.1\ntelemetry: {every: 10}\ntransport: {silence: 60 s}\n", 30'000), "--hosts hosts.yaml --output short");
     const auto agent = by_hand(*program);
     EXPECT_TRUE(eventually([&] { return program->over() || rounds("short"); })) << program->err();
     link("down");
@@ -188,7 +188,7 @@ TEST_F(Hosts, ACutShorterThanTheSilenceIsGoneThroughAndALongerOneNamesWhoWasCut)
     EXPECT_EQ(agent->wait(), 0) << agent->err();
     EXPECT_EQ(hash(*program), simulated());
   }
-  const auto program = run(experiment(4, "telemetry: {every: 10}\ntransport: {silence: 2 s}\nstop: {deadline: 600 s}\n", 1'000'000'000),
+  const auto program = run(experiment(4, "dt: 0.1\ntelemetry: {every: 10}\ntransport: {silence: 2 s}\nstop: {deadline: 600 s}\n", 1'000'000'000),
                            "--hosts hosts.yaml --output long");
   const auto agent = by_hand(*program);
   EXPECT_TRUE(eventually([&] { return program->over() || rounds("long"); })) << program->err();
