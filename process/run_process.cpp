@@ -147,12 +147,14 @@ class InterruptedAtEnd {
 // for longer than a few seconds.
 void wait_for_the_end(Ending& ending, const sigset_t& signals, pid_t orchestrator) {
   constexpr timespec kPatience{3, 0};
-  int signal = 0;
-  bool orphaned = false;
-  do {
+  // The word of a death that came before the signals were blocked is lost, so who asks for it looks first.
+  const auto is_orphan = [orchestrator] { return orchestrator != 0 && getppid() != orchestrator; };
+  int signal = SIGCONT;
+  bool orphaned = is_orphan();
+  while (signal == SIGCONT && !orphaned) {
     sigwait(&signals, &signal);
-    orphaned = orchestrator != 0 && getppid() != orchestrator;
-  } while (signal == SIGCONT && !orphaned);
+    orphaned = is_orphan();
+  }
   ending.caught = orphaned ? SIGTERM : signal;
   {
     const std::lock_guard lock(ending.mutex);
