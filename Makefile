@@ -4,18 +4,22 @@ EXPERIMENT ?= experiments/meet_for_dinner.yaml
 JOBS ?= $(shell nproc)
 SETUP ?= yes
 FUZZ_SECONDS ?= 300
+PREFIX ?= /usr/local
 BUILD = build/$(PRESET)
 SOURCES = git ls-files '*.cpp' '*.hpp'
 FILES ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup setup-tests configure configure-tests build run test experiments test-hosts soak bench fuzz docs tables format format-check tidy \
-  cppcheck lint hooks clean
+.PHONY: help setup setup-tests setup-package configure configure-tests build run test experiments test-hosts \
+  test-package install uninstall package soak bench fuzz docs tables format format-check tidy cppcheck lint hooks clean
 
 help:
 	@echo 'make run      set up, build, and run $(EXPERIMENT) with real processes (EXPERIMENT=FILE for another)'
 	@echo 'make test     set up, build, and run every test'
 	@echo 'make test-hosts  the tests of runs over several hosts: as root, in network namespaces with a real sshd in each'
+	@echo 'make test-package  makes the Debian packages and tries them in a fresh Debian: as root'
+	@echo 'make install  programs, manual pages, headers and the rest to PREFIX ($(PREFIX)); make uninstall removes them again'
+	@echo 'make package  set up and build Debian packages, in build/release/packages'
 	@echo 'make experiments  set up, build, and run every shipped experiment in full, in both modes; a table of criteria and times'
 	@echo 'make soak     random experiments with real processes until one fails or you stop it (SEED=N begins there)'
 	@echo 'make bench    set up, build, measure; table on the terminal, figures in build/bench.json'
@@ -68,6 +72,28 @@ ifneq ($(SETUP),no)
 endif
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target hosts_tests
 	@$(BUILD)/bin/hosts_tests --gtest_brief=1
+
+# Where root, mmdebstrap or a network is missing, the tests say so and fail.
+test-package: configure-tests setup-package
+	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target package_tests
+	@$(BUILD)/bin/package_tests --gtest_brief=1
+
+setup-package: setup
+ifneq ($(SETUP),no)
+	@deploy/setup.sh --list deploy/packages-package.txt
+endif
+
+install: build
+	@cmake --install $(BUILD) --prefix '$(abspath $(PREFIX))' >$(BUILD)/install.log
+	@echo 'installed in $(abspath $(PREFIX))'
+
+uninstall:
+	@cmake -P $(BUILD)/uninstall.cmake
+
+package: build setup-package
+	@cpack --config $(BUILD)/CPackConfig.cmake -B $(BUILD)/packages >$(BUILD)/package.log || { cat $(BUILD)/package.log; exit 1; }
+	@rm -rf $(BUILD)/packages/_CPack_Packages
+	@ls $(BUILD)/packages/*.deb
 
 experiments: setup configure
 	@cmake --build --preset $(PRESET) --parallel $(JOBS) --target experiments

@@ -4,8 +4,8 @@
 
 namespace consort {
 
-AgentMaker::AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed)
-    : experiment_(experiment), choice_(choice), seed_(run_seed), entry_(find_protocol(choice.name)) {
+AgentMaker::AgentMaker(const Experiment& experiment, const ProtocolEntry& entry, const ProtocolChoice& choice, Seed run_seed)
+    : experiment_(experiment), choice_(choice), seed_(run_seed), entry_(entry) {
   if (!experiment.plant) return;
   physics_.emplace(plant_task(experiment, run_seed));
   for (std::size_t i = 0; i < experiment.agents; ++i) largest_control_ = std::max(largest_control_, physics_->control_size(agent_at(i)));

@@ -14,7 +14,10 @@ namespace consort {
 class AgentMaker {
  public:
   /// Throws ConfigError where the plant refuses its values.
-  AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed);
+  AgentMaker(const Experiment& experiment, const ProtocolChoice& choice, Seed run_seed)
+      : AgentMaker(experiment, find_protocol(choice.name), choice, run_seed) {}
+  /// Of a protocol that need not be in the table; `entry` outlives this.
+  AgentMaker(const Experiment& experiment, const ProtocolEntry& entry, const ProtocolChoice& choice, Seed run_seed);
   /// Throws ConfigError where the protocol refuses its values, or does not fit the plant.
   [[nodiscard]] std::unique_ptr<Protocol> make(AgentId agent) const;
   /// The trace of such a run before its first report: layouts, sizes, what the estimate is of. `first`: the protocol of agent 1.

@@ -17,7 +17,7 @@ constexpr Round kNobodyRunsAhead = 1;  // of the agents here
 class World {
  public:
   // `while_made` is called before each agent is made.
-  World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made);
+  World(const Experiment& experiment, const ProtocolEntry& entry, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made);
   void advance(Round k);  // from the beginning of round k to the beginning of round k + 1
   [[nodiscard]] RoundReport report(Round k);
   [[nodiscard]] Trace empty_trace() const { return maker_.empty_trace(members_[0].protocol()); }
@@ -60,11 +60,11 @@ class World {
   std::vector<AgentCounters> counters_;
 };
 
-World::World(const Experiment& experiment, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made)
+World::World(const Experiment& experiment, const ProtocolEntry& entry, const ProtocolChoice& choice, Seed seed, const WhileMade& while_made)
     : experiment_(experiment),
       choice_(choice),
-      entry_(find_protocol(choice.name)),
-      maker_(experiment, choice, seed),
+      entry_(entry),
+      maker_(experiment, entry, choice, seed),
       seed_(seed),
       schedule_(experiment.schedule(seed)),
       segment_(schedule_.segment(0)),
@@ -241,9 +241,9 @@ double bytes_to_simulate(const Experiment& experiment, const ProtocolChoice& cho
   return n * (kAgent + kCopies * sizeof(double) * numbers + heard_of) + edges * (per_edge + drawn);
 }
 
-void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace,
-              const WhileMade& while_made) {
-  World world(experiment, protocol, run_seed, while_made);
+namespace {
+
+void simulate(World& world, const Experiment& experiment, const ReportSink& sink, Trace& trace) {
   const std::shared_ptr<Shelf> shelf = trace.shelf;
   trace = world.empty_trace();
   trace.shelf = shelf;
@@ -254,6 +254,22 @@ void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed
     throw;
   }
   trace.links = world.links();
+}
+
+}  // namespace
+
+void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace,
+              const WhileMade& while_made) {
+  World world(experiment, find_protocol(protocol.name), protocol, run_seed, while_made);
+  simulate(world, experiment, sink, trace);
+}
+
+Trace simulate(const Experiment& experiment, const ProtocolEntry& entry, const Values& parameters, Seed run_seed, const ReportSink& sink) {
+  const ProtocolChoice choice{std::string(entry.name), parameters};
+  World world(experiment, entry, choice, run_seed, {});
+  Trace trace;
+  simulate(world, experiment, sink, trace);
+  return trace;
 }
 
 Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink,

@@ -25,5 +25,9 @@ Trace simulate(const Experiment& experiment, const ProtocolChoice& protocol, See
 /// agents: it never began.
 void simulate(const Experiment& experiment, const ProtocolChoice& protocol, Seed run_seed, const ReportSink& sink, Trace& trace,
               const WhileMade& while_made = {});
+/// Runs a protocol that need not be in the table, such as entry<Mine>() of protocols/registry_entry.hpp; `experiment.protocols` is not
+/// looked at.
+Trace simulate(const Experiment& experiment, const ProtocolEntry& entry, const Values& parameters, Seed run_seed,
+               const ReportSink& sink = {});
 
 }  // namespace consort

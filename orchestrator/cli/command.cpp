@@ -91,6 +91,7 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
   verbs_.push_back(make_test_verb(app_));
   verbs_.push_back(make_results_verb(app_));
   verbs_.push_back(make_lend_verb(app_));
+  verbs_.push_back(make_completion_verb(app_));
   for (CLI::App* verb : app_.get_subcommands({})) verb->set_help_flag("-h,--help", "Show this page.");
 }
 

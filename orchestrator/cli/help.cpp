@@ -4,6 +4,7 @@
 #include "orchestrator/script/wording.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <sstream>
@@ -34,10 +35,12 @@ std::string entry(const std::string& name, const std::string& meaning) {
   return out;
 }
 
+// What a check allows stands behind the colon.
+std::string type_of(const CLI::Option& option) { return option.get_type_name().substr(0, option.get_type_name().find(':')); }
+
 std::string option_text(const CLI::Option& option) {
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
-  const std::string type =
-      option.get_type_name().substr(0, option.get_type_name().find(':'));  // what a check allows stands behind the colon
+  const std::string type = type_of(option);
   std::string shown = option.get_positional() ? type : name;
   if (!option.get_positional() && option.get_type_size() != 0) shown += " " + type;
   std::string meaning = option.get_description();
@@ -54,7 +57,7 @@ std::string ManualPage::make_help(const CLI::App* app, std::string, CLI::AppForm
   for (const CLI::Option* option : app->get_options()) {
     if (option->get_positional()) {
       positionals += option_text(*option);
-      usage += option->get_required() ? " " + option->get_type_name() : " [" + option->get_type_name() + "]";
+      usage += option->get_required() ? " " + type_of(*option) : " [" + type_of(*option) + "]";
     } else {
       options += option_text(*option);
     }
@@ -83,11 +86,14 @@ void document(CLI::App& app, const std::string& description, const std::vector<E
   app.footer(footer);
 }
 
-std::function<std::string(const std::string&)> one_of(std::vector<std::string> words) {
-  return [words = std::move(words)](const std::string& word) {
-    if (std::find(words.begin(), words.end(), word) != words.end()) return std::string();
-    return fmt::format("found '{}'; allowed: {}{}", word, listed(words), did_you_mean(word, words));
-  };
+std::string refusal_of(const std::string& word, const std::vector<std::string>& words) {
+  if (std::find(words.begin(), words.end(), word) != words.end()) return {};
+  return fmt::format("found '{}'; allowed: {}{}", word, listed(words), did_you_mean(word, words));
+}
+
+CLI::Validator one_of(std::vector<std::string> words) {
+  std::string type = fmt::format("{{{}}}", fmt::join(words, ","));
+  return {[words = std::move(words)](const std::string& word) { return refusal_of(word, words); }, std::move(type)};
 }
 
 }  // namespace consort

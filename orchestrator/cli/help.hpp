@@ -5,7 +5,6 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +21,9 @@ using Example = std::pair<std::string, std::string>;
 /// Sets description (paragraphs), examples and exit codes of a verb.
 void document(CLI::App& app, const std::string& description, const std::vector<Example>& examples, const std::vector<Example>& exit_codes);
 
-/// A check of an option that takes one of a few words; the refusal names them, and the nearest.
-std::function<std::string(const std::string&)> one_of(std::vector<std::string> words);
+/// Why `word` is none of these, with the nearest; empty if it is.
+std::string refusal_of(const std::string& word, const std::vector<std::string>& words);
+/// A check of an option that takes one of a few words; the refusal names them. Completion reads them from the option's type.
+CLI::Validator one_of(std::vector<std::string> words);
 
 }  // namespace consort

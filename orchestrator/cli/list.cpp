@@ -42,8 +42,16 @@ std::string described(const char* title, std::span<const ValueDoc> docs, const T
   return out;
 }
 
-void list_protocols(const TextStyle& style) {
+using Names = std::vector<std::string>;
+
+// Does `entry` belong to what was asked for? Without names, all does.
+bool wanted(const auto& entry, const Names& names) {
+  return names.empty() || std::find(names.begin(), names.end(), entry.name) != names.end();
+}
+
+void list_protocols(const Names& names, const TextStyle& style) {
   for (const ProtocolEntry& entry : protocol_table()) {
+    if (!wanted(entry, names)) continue;
     streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
     streams::put(fmt::format("{}{}", paragraph(fmt::format("source: {}", entry.source), 4, style),
                              paragraph(fmt::format("assumes: {}", entry.assumptions), 4, style)));
@@ -52,23 +60,26 @@ void list_protocols(const TextStyle& style) {
   }
 }
 
-void list_plants(const TextStyle& style) {
+void list_plants(const Names& names, const TextStyle& style) {
   for (const PlantEntry& entry : plant_table()) {
+    if (!wanted(entry, names)) continue;
     streams::put(fmt::format("{}\n{}", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
     streams::put(fmt::format("{}{}{}\n", values("parameter", entry.parameters, style), values("initial", entry.initial, style),
                              values("coupling", entry.couplings, style)));
   }
 }
 
-void list_topologies(const TextStyle& style) {
+void list_topologies(const Names& names, const TextStyle& style) {
   for (const TopologyEntry& entry : topology_table())
-    streams::put(fmt::format("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style),
-                             paragraph(entry.form, 4, style)));
+    if (wanted(entry, names))
+      streams::put(fmt::format("{}\n{}{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style),
+                               paragraph(entry.form, 4, style)));
 }
 
-void list_metrics(const TextStyle& style) {
+void list_metrics(const Names& names, const TextStyle& style) {
   for (const MetricEntry& entry : metric_table())
-    streams::put(fmt::format("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
+    if (wanted(entry, names))
+      streams::put(fmt::format("{}\n{}\n", toned(entry.name, Tone::strong, style), paragraph(entry.summary, 4, style)));
 }
 
 /// Values that a protocol gives.
@@ -87,50 +98,40 @@ nlohmann::ordered_json as_json(std::span<const ValueDoc> docs) {
   return out;
 }
 
-nlohmann::ordered_json as_json(const std::string& what) {
+nlohmann::ordered_json as_json(const std::string& what, const Names& names) {
   auto out = nlohmann::ordered_json::array();
   if (what == "protocols")
     for (const ProtocolEntry& entry : protocol_table())
-      out.push_back({{"name", entry.name},
-                     {"summary", entry.summary},
-                     {"source", entry.source},
-                     {"assumes", entry.assumptions},
-                     {"parameters", as_json(entry.parameters)},
-                     {"initial", as_json(entry.initial)},
-                     {"estimate", described(entry.estimate)},
-                     {"recorded", described(entry.recorded)}});
+      if (wanted(entry, names))
+        out.push_back({{"name", entry.name},
+                       {"summary", entry.summary},
+                       {"source", entry.source},
+                       {"assumes", entry.assumptions},
+                       {"parameters", as_json(entry.parameters)},
+                       {"initial", as_json(entry.initial)},
+                       {"estimate", described(entry.estimate)},
+                       {"recorded", described(entry.recorded)}});
   if (what == "plants")
     for (const PlantEntry& entry : plant_table())
-      out.push_back({{"name", entry.name},
-                     {"summary", entry.summary},
-                     {"parameters", as_json(entry.parameters)},
-                     {"initial", as_json(entry.initial)},
-                     {"couplings", as_json(entry.couplings)}});
+      if (wanted(entry, names))
+        out.push_back({{"name", entry.name},
+                       {"summary", entry.summary},
+                       {"parameters", as_json(entry.parameters)},
+                       {"initial", as_json(entry.initial)},
+                       {"couplings", as_json(entry.couplings)}});
   if (what == "topologies")
     for (const TopologyEntry& entry : topology_table())
-      out.push_back({{"name", entry.name}, {"summary", entry.summary}, {"form", entry.form}});
+      if (wanted(entry, names)) out.push_back({{"name", entry.name}, {"summary", entry.summary}, {"form", entry.form}});
   if (what == "metrics")
-    for (const MetricEntry& entry : metric_table()) out.push_back({{"name", entry.name}, {"summary", entry.summary}});
+    for (const MetricEntry& entry : metric_table())
+      if (wanted(entry, names)) out.push_back({{"name", entry.name}, {"summary", entry.summary}});
   return out;
-}
-
-// The names of all that is in the list `what`.
-std::vector<std::string> names_in(const std::string& what) {
-  std::vector<std::string> names;
-  const auto add = [&names](const auto& table) {
-    for (const auto& entry : table) names.emplace_back(entry.name);
-  };
-  if (what == "protocols") add(protocol_table());
-  if (what == "plants") add(plant_table());
-  if (what == "topologies") add(topology_table());
-  if (what == "metrics") add(metric_table());
-  return names;
 }
 
 // What is wrong with `word` as the name of a list; who asks for one of its entries is told which list has it.
 std::string a_list(const std::string& word) {
   const std::vector<std::string> lists{"protocols", "plants", "topologies", "metrics"};
-  const std::string refusal = one_of(lists)(word);
+  const std::string refusal = refusal_of(word, lists);
   if (refusal.empty() || refusal.find("did you mean") != std::string::npos) return refusal;
   for (const std::string& list : lists)
     if (const std::string match = did_you_mean(word, names_in(list)); !match.empty())
@@ -147,9 +148,14 @@ class ListVerb : public Verb {
              "recorded. plants: the models agents can steer and measure, and how their parts act on each other. topologies: graph families "
              "and schedules, and how they are written. metrics: what can be measured and used in criteria.",
              {{"consort list protocols", "The algorithms."},
+              {"consort list protocols kalman_consensus", "One of them."},
               {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
-             {{"0", "listed"}, {"2", "there is no such list"}});
-    app_.add_option("what", what_, "What to list.")->required()->type_name("protocols|plants|topologies|metrics")->check(a_list);
+             {{"0", "listed"}, {"2", "there is no such list, or nothing of that name in it"}});
+    app_.add_option("what", what_, "What to list.")
+        ->required()
+        ->type_name("protocols|plants|topologies|metrics")
+        ->check(CLI::Validator(a_list, "{protocols,plants,topologies,metrics}"));
+    app_.add_option("names", names_, "Only these. Default: all.")->type_name("NAME");
     add_output_flags("Print the list as JSON.", "Refused: a list is there to be printed.");
     app_.add_flag("--markdown", markdown_, "Print the list as the guide holds it.")->excludes("--json");
     app_.add_flag("--schema", schema_, "Print what the schema of the experiment file says of protocols and plants.")
@@ -160,25 +166,32 @@ class ListVerb : public Verb {
   Exit execute() override {
     const TextStyle style = style_of(STDOUT_FILENO);
     if (quiet_ && !json_) throw ConfigError("--quiet: found with list, which does nothing but print; allowed: with --json, or not at all");
+    for (const std::string& name : names_) {
+      if (markdown_ || schema_)
+        throw ConfigError(fmt::format("NAME: found '{}' with a list as a file holds it; allowed: the whole list", name));
+      if (const std::string refusal = refusal_of(name, names_in(what_)); !refusal.empty())
+        throw ConfigError(fmt::format("{}: {}", what_, refusal));
+    }
     if (json_)
-      streams::put(fmt::format("{}\n", as_json(what_).dump(2)));
+      streams::put(fmt::format("{}\n", as_json(what_, names_).dump(2)));
     else if (schema_)
       streams::put(schema_of_tables());
     else if (markdown_)
       streams::put(markdown_of(what_));
     else if (what_ == "protocols")
-      list_protocols(style);
+      list_protocols(names_, style);
     else if (what_ == "plants")
-      list_plants(style);
+      list_plants(names_, style);
     else if (what_ == "topologies")
-      list_topologies(style);
+      list_topologies(names_, style);
     else
-      list_metrics(style);
+      list_metrics(names_, style);
     return Exit::ok;
   }
 
  private:
   std::string what_;
+  Names names_;
   bool markdown_ = false, schema_ = false;
 };
 

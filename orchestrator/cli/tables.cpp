@@ -128,6 +128,18 @@ Json reference(const char* definition) { return {{"$ref", fmt::format("#/definit
 
 }  // namespace
 
+std::vector<std::string> names_in(std::string_view list) {
+  std::vector<std::string> names;
+  const auto add = [&names](const auto& table) {
+    for (const auto& entry : table) names.emplace_back(entry.name);
+  };
+  if (list == "protocols") add(protocol_table());
+  if (list == "plants") add(plant_table());
+  if (list == "topologies") add(topology_table());
+  if (list == "metrics") add(metric_table());
+  return names;
+}
+
 std::string markdown_of(std::string_view what) {
   if (what == "protocols") return sections(protocol_table());
   if (what == "plants") return sections(plant_table());

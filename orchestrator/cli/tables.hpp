@@ -4,8 +4,12 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace consort {
+
+/// The names of all that is in the list protocols, plants, topologies or metrics.
+std::vector<std::string> names_in(std::string_view list);
 
 /// Protocols, plants, topologies or metrics in Markdown, lines of at most 120 characters.
 std::string markdown_of(std::string_view what);

@@ -43,6 +43,7 @@ std::unique_ptr<Verb> make_list_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_doctor_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_export_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_lend_verb(CLI::App& parent);
+std::unique_ptr<Verb> make_completion_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_report_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_watch_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_diff_verb(CLI::App& parent);

@@ -23,8 +23,8 @@ struct Block {
   [[nodiscard]] std::vector<std::string> shown() const {
     std::istringstream lines(text);
     std::vector<std::string> shown;
-    for (std::string line; language == "console" && std::getline(lines, line);)
-      if (!line.empty() && !line.starts_with("$ ") && line.find("…") == std::string::npos) shown.push_back(line);
+    for (std::string row; language == "console" && std::getline(lines, row);)
+      if (!row.empty() && !row.starts_with("$ ") && row.find("…") == std::string::npos) shown.push_back(row);
     return shown;
   }
   /// What a reader types.
@@ -32,8 +32,8 @@ struct Block {
     if (language == "sh") return text;
     std::istringstream lines(text);
     std::string typed;
-    for (std::string line; std::getline(lines, line);)
-      if (line.starts_with("$ ")) typed += line.substr(2) + "\n";
+    for (std::string row; std::getline(lines, row);)
+      if (row.starts_with("$ ")) typed += row.substr(2) + "\n";
     return typed;
   }
 };

@@ -29,6 +29,13 @@ Experiment rough(const std::string& protocol, Round rounds = 60) {
 
 Trace run(const Experiment& e, const ReportSink& sink = {}) { return simulate(e, e.protocols[0], e.seed, sink); }
 
+TEST(Simulate, TakesAProtocolThatIsInNoTable) {
+  const Experiment e = rough("local_voting");
+  ProtocolEntry own = find_protocol("local_voting");
+  own.name = "of_ones_own";
+  EXPECT_EQ(simulate(e, own, e.protocols[0].parameters, e.seed).hash, run(e).hash);
+}
+
 // --- determinism ----------------------------------------------------------------------------------------------------------
 
 TEST(Simulate, IsEndedByWhoWatchesItsAgentsBeingMade) {

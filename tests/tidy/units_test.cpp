@@ -33,6 +33,7 @@ const std::map<std::string, std::string>& held_elsewhere() {
       {"io/interfaces", "tests/orchestrator/cli/doctor_test.cpp"},
       {"models/", "tests/models/physics_test.cpp"},
       {"orchestrator/cli/", "tests/orchestrator/cli/cli_test.cpp"},
+      {"orchestrator/cli/completion_scripts", "tests/orchestrator/cli/completion_test.cpp"},
       {"orchestrator/cli/link_schema", "tests/orchestrator/cli/tables_test.cpp"},
       {"orchestrator/report/comparison_text", "tests/orchestrator/report/comparison_test.cpp"},
       {"orchestrator/report/csv_tables", "tests/orchestrator/report/tables_test.cpp"},
