@@ -148,7 +148,7 @@ class ListVerb : public Verb {
              "recorded. plants: the models agents can steer and measure, and how their parts act on each other. topologies: graph families "
              "and schedules, and how they are written. metrics: what can be measured and used in criteria.",
              {{"consort list protocols", "The algorithms."},
-              {"consort list protocols kalman_consensus", "One of them."},
+              {"consort list topologies ring", "One entry of a list."},
               {"consort list topologies | grep -A2 random", "Topologies that are drawn at random."}},
              {{"0", "listed"}, {"2", "there is no such list, or nothing of that name in it"}});
     app_.add_option("what", what_, "What to list.")

@@ -521,6 +521,7 @@ TEST(Documentation, TheVersionIsTheSameEverywhere) {
   const std::string version = version_in(page("CMakeLists.txt"), R"(project\(consort VERSION (\S+))");
   EXPECT_EQ(version_in(page("CHANGELOG.md"), R"(\n## (\d\S*))"), version);
   EXPECT_EQ(version_in(text_in(std::filesystem::path(kSourceDir) / "CITATION.cff"), R"(\nversion: (\S+))"), version);
+  EXPECT_EQ(version_in(text_in(std::filesystem::path(kSourceDir) / "python/pyproject.toml"), R"=(\nversion = "(\S+)")="), version);
 }
 
 TEST(Tidy, BlanksCommentsAndLiteralsOnly) {

@@ -16,7 +16,6 @@ namespace {
 const std::map<std::string, std::string>& held_elsewhere() {
   static const std::map<std::string, std::string> tests{
       {"agent/", "tests/system/conformance_test.cpp"},
-      {"core/build", "tests/orchestrator/cli/cli_test.cpp"},
       {"core/counters", "tests/core/network/mailbox_property_test.cpp"},
       {"core/layout", "tests/core/network/mailbox_test.cpp"},
       {"core/math/shapes", "tests/core/math/controllability_test.cpp"},

@@ -1,3 +1,4 @@
+#include "core/build.hpp"
 #include "orchestrator/report/sqlite.hpp"
 #include "orchestrator/report/terminal.hpp"
 #include "tests/orchestrator/folder.hpp"
@@ -368,7 +369,11 @@ TEST_F(Cli, TheThreeProgramsTellTheirVersionAlike) {
   }
   EXPECT_EQ(told[0], told[1]);
   EXPECT_EQ(told[0], told[2]);
-  for (const char* part : {"commit ", "Cyclone DDS 0.", "Eigen 3."}) expect_contains(told[0], part);
+  EXPECT_EQ(told[0], version_text("") + "\n");
+  for (const std::string_view fact : {kBuild.version, kBuild.commit, kBuild.type, kBuild.cyclone, kBuild.eigen}) {
+    EXPECT_FALSE(fact.empty());
+    expect_contains(told[0], std::string(fact));
+  }
 }
 
 TEST_F(Cli, ProgramsStartedByHandNameTheWordTheyDoNotKnow) {
