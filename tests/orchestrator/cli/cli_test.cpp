@@ -358,6 +358,20 @@ TEST_F(Cli, ARefusalIsJsonWhereJsonIsAskedFor) {
   }
 }
 
+TEST_F(Cli, ListShowsTheEntriesThatAreNamed) {
+  const auto listed = nlohmann::json::parse(consort({"list", "topologies", "ring", "star", "--json"}).out);
+  ASSERT_EQ(listed.size(), 2U);
+  EXPECT_EQ(listed[0]["name"], "ring");
+  const Answer text = consort({"list", "metrics", "disagreement"});
+  EXPECT_EQ(text.out.find("disagreement\n"), 0U);
+  EXPECT_EQ(text.out.find("\nbias\n"), std::string::npos);
+  const Answer unknown = consort({"list", "metrics", "disagrement"});
+  EXPECT_EQ(unknown.code, 2);
+  expect_contains(unknown.err, "metrics: found 'disagrement'");
+  expect_contains(unknown.err, "did you mean 'disagreement'");
+  EXPECT_EQ(consort({"list", "metrics", "disagreement", "--markdown"}).code, 2);
+}
+
 TEST_F(Cli, TheThreeProgramsTellTheirVersionAlike) {
   std::vector<std::string> told;
   for (const std::string program : {"consort", "consort-agent", "consort-plant"}) {

@@ -6,8 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
 namespace consort {
 namespace {
 
@@ -53,43 +51,39 @@ TEST_F(Completion, SaysTheSameToEachShell) {
     for (const char* word : {"show", "fast slow", "local_voting", "quiet"}) EXPECT_NE(script.find(word), std::string::npos) << word;
 }
 
-/// What bash offers for the last of the words that are typed after `consort`.
-std::vector<std::string> offered(const Folder& folder, const std::string& typed) {
-  const std::string script = "cd " + folder.path().string() + "; source <(" + kBinDir + "/consort completion bash); COMP_WORDS=(consort " +
-                             typed + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _consort; printf '%s\\n' \"${COMPREPLY[@]}\"";
-  Program bash(folder, "/bin/bash", {"-c", script});
-  EXPECT_EQ(bash.wait(), 0) << bash.err();
-  EXPECT_EQ(bash.err(), "");
-  std::istringstream lines(bash.out());
-  std::vector<std::string> words;
-  for (std::string line; std::getline(lines, line);)
-    if (!line.empty()) words.push_back(line);
-  return words;
-}
-
 TEST(CompletionOfBash, OffersWhatMayFollow) {
   const Folder folder;
   folder.write("ring of ten.yaml", "");
   std::filesystem::create_directory(folder.path() / "results");
-  using Words = std::vector<std::string>;
-  const std::vector<std::pair<std::string, Words>> cases{
-      {"re", {"report", "replay", "results"}},
-      {"run --no", {"--no-report"}},
-      {"run --mode re", {"realtime"}},
-      {"run --mode = re", {"realtime"}},
-      {"run --seed 7 ri", {"ring of ten.yaml"}},
-      {"run --seed ''", {}},
-      {"run --output r", {"results"}},
-      {"report --json r", {"results"}},
-      {"list proto", {"protocols"}},
-      {"list protocols local_", {"local_voting"}},
-      {"list --json metrics disag", {"disagreement"}},
-      {"diff --tolerance disag", {"disagreement="}},
-      {"results p", {"prune"}},
-      {"results show r", {"results"}},
-      {"completion f", {"fish"}},
+  // What is typed after `consort`, and what bash then offers for the last word.
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"re", "report,replay,results,"},
+      {"run --no", "--no-report,"},
+      {"run --mode re", "realtime,"},
+      {"run --mode = re", "realtime,"},
+      {"run --seed 7 ri", "ring of ten.yaml,"},
+      {"run --seed ''", ""},
+      {"run --output r", "results,"},
+      {"report --json r", "results,"},
+      {"list proto", "protocols,"},
+      {"list protocols local_", "local_voting,"},
+      {"list --json metrics disag", "disagreement,"},
+      {"diff --tolerance disag", "disagreement=,"},
+      {"results p", "prune,"},
+      {"results show r", "results,"},
+      {"completion f", "fish,"},
   };
-  for (const auto& [typed, words] : cases) EXPECT_EQ(offered(folder, typed), words) << typed;
+  std::string script = "cd " + folder.path().string() + "; source <(" + kBinDir + "/consort completion bash)\n";
+  std::string expected;
+  for (const auto& [typed, offered] : cases) {
+    script += "COMP_WORDS=(consort " + typed + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _consort\n";
+    script += "printf '%s: ' \"" + typed + "\"; ((${#COMPREPLY[@]})) && printf '%s,' \"${COMPREPLY[@]}\"; echo\n";
+    expected += typed + ": " + offered + "\n";
+  }
+  Program bash(folder, "/bin/bash", {"-c", script});
+  EXPECT_EQ(bash.wait(), 0);
+  EXPECT_EQ(bash.err(), "");
+  EXPECT_EQ(bash.out(), expected);
 }
 
 }  // namespace
