@@ -99,8 +99,9 @@ int run_children(std::span<const std::vector<std::string>> commands, const Child
   std::map<pid_t, Running> running;
   std::size_t next = 0;
   int caught = 0;
-  while (!running.empty() || (next < commands.size() && caught == 0)) {
-    while (caught == 0 && next < commands.size() && running.size() < options.jobs) {
+  const auto more = [&] { return caught == 0 && next < commands.size() && (!options.go_on || options.go_on()); };
+  while (!running.empty() || more()) {
+    while (more() && running.size() < options.jobs) {
       Running child{next, {}, {}};
       const pid_t pid = start(commands[next++], child, options.keep_err, blocked.before());
       running.emplace(pid, std::move(child));

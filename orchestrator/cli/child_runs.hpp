@@ -16,8 +16,9 @@ struct ChildAnswer {
 };
 
 struct ChildOptions {
-  std::size_t jobs = 1;  ///< at most so many at once
-  bool keep_err = true;  ///< else standard error is this program's
+  std::size_t jobs = 1;              ///< at most so many at once
+  bool keep_err = true;              ///< else standard error is this program's
+  std::function<bool()> go_on = {};  ///< asked before each; false: no further one is started
 };
 
 /// Runs `consort ARGUMENTS` for each entry and tells of each as it ends. SIGINT, SIGTERM and SIGHUP go on to all that run, no further one

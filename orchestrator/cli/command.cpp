@@ -89,6 +89,7 @@ CommandLine::CommandLine(int argc, const char* const* argv) : words_(argv, argv 
   verbs_.push_back(make_diff_verb(app_));
   verbs_.push_back(make_replay_verb(app_));
   verbs_.push_back(make_test_verb(app_));
+  verbs_.push_back(make_collect_verb(app_));
   verbs_.push_back(make_results_verb(app_));
   verbs_.push_back(make_lend_verb(app_));
   verbs_.push_back(make_completion_verb(app_));

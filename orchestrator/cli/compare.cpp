@@ -3,9 +3,11 @@
 #include "orchestrator/cli/child_runs.hpp"
 #include "orchestrator/cli/help.hpp"
 #include "orchestrator/cli/signals.hpp"
+#include "orchestrator/cli/study.hpp"
 #include "orchestrator/cli/verbs.hpp"
 #include "orchestrator/report/comparison.hpp"
 #include "orchestrator/report/results.hpp"
+#include "orchestrator/report/study_page.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -81,7 +83,8 @@ class ReplayVerb : public ComparingVerb {
     document(app_,
              "repeat a run from its results, and compare\n"
              "Runs the experiment that DIR keeps once more, with its seed, mode and all else that it says, and compares as `consort diff` "
-             "does: A is DIR, B the new results. A simulated or lockstep run of the same version gives the same bits.",
+             "does: A is DIR, B the new results. A simulated or lockstep run of the same version gives the same bits. Of a study every "
+             "cell is run again.",
              {{"consort replay results/ring-20250131-194500", "Does it give the same today?"},
               {"consort replay results/ring-20250131-194500 --mode simulate", "Does it give the same without processes?"},
               {"consort replay results/ring-20250131-194500 --tolerance 1%", "Has a new version changed more than a little?"}},
@@ -103,7 +106,7 @@ class ReplayVerb : public ComparingVerb {
     const auto tolerated = tolerances();
     const KeptResults kept = kept_results(folder_);
     const std::filesystem::path output = make_output();
-    const std::vector<std::vector<std::string>> command{arguments(kept, output)};
+    const std::vector<std::vector<std::string>> command{is_study_folder(folder_) ? study_arguments(output) : arguments(kept, output)};
     ChildAnswer answer;
     const int signal = run_children(command, {1, quiet() || json()}, [&](std::size_t, const ChildAnswer& said) { answer = said; });
     if (signal != 0) return interrupted_exit(signal);
@@ -120,6 +123,18 @@ class ReplayVerb : public ComparingVerb {
     }
     claim_output_folder(output_);
     return output_;
+  }
+
+  // The same study, planned anew in `output`; it is resumed there before anything of it is done.
+  [[nodiscard]] std::vector<std::string> study_arguments(const std::filesystem::path& output) const {
+    StudyAsked asked = plan_in(folder_).asked;
+    if (!mode_.empty()) asked.overrides.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
+    const auto file = std::filesystem::path(folder_) / "experiment.yaml";
+    const std::string text = experiment_text(file);
+    begin_study(output, text, make_plan(text, file.string(), asked), {"consort", "replay", folder_});
+    std::vector<std::string> words{"run", "--resume", output.string()};
+    if (quiet() || json()) words.emplace_back("--quiet");
+    return words;
   }
 
   // As it was started, but for what is of one run alone: its name, domain, where its results went, who was started by hand.

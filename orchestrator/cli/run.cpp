@@ -6,6 +6,7 @@
 #include "orchestrator/cli/help.hpp"
 #include "orchestrator/cli/scribe.hpp"
 #include "orchestrator/cli/signals.hpp"
+#include "orchestrator/cli/study_command.hpp"
 #include "orchestrator/cli/verbs.hpp"
 #include "orchestrator/report/findings.hpp"
 #include "orchestrator/report/left_out.hpp"
@@ -25,7 +26,6 @@
 #include "rounds/last_round.hpp"
 
 #include <fmt/format.h>
-#include <sys/random.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -41,12 +41,6 @@ namespace {
 
 constexpr std::size_t kLongestRunName = 100;  // it is the tag by which processes find each other
 
-std::string random_name(const std::string& experiment) {
-  std::uint32_t word = 0;
-  if (::getrandom(&word, sizeof word, 0) != sizeof word) throw RunError("the kernel gives no random number for the name of the run");
-  return fmt::format("{}-{:08x}", experiment, word);
-}
-
 class RunVerb : public Verb {
  public:
   RunVerb(CLI::App& parent, std::vector<std::string> command_line);
@@ -58,6 +52,8 @@ class RunVerb : public Verb {
   std::filesystem::path make_output() const;
   [[nodiscard]] RunOptions options() const;
   void plan();
+  [[nodiscard]] bool is_study();
+  [[nodiscard]] Exit execute_study();
   Exit conclude(Summary summary) const;
   std::string write_page(std::string& page) const;
   [[nodiscard]] int port_to_watch() const;
@@ -73,6 +69,8 @@ class RunVerb : public Verb {
   std::string launcher_;
   std::optional<unsigned> first_port_;
   bool force_ = false, no_report_ = false, open_ = false, dry_run_ = false;
+  StudyCommand study_;
+  std::string text_;        // of the file
   std::string watch_port_;  // a number, or any; empty: nobody watches
 
   Experiment experiment_;
@@ -111,7 +109,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
         "be there did not report the last round; criteria then show their values and are not met"},
        {"4", "timed out; the text says who was missing or who waited for whom"},
        {"130, 143", "interrupted by SIGINT, SIGTERM; what was recorded is intact"}});
-  app_.add_option("file", file_, "The experiment (YAML).")->required()->type_name("FILE");
+  app_.add_option("file", file_, "The experiment (YAML).")->type_name("FILE");
   app_.add_option("--mode", mode_,
                   "simulate: no processes and no clock; lockstep: real processes that wait for each other; realtime: real processes on the "
                   "wall clock, a round every dt. Default: the file's.")
@@ -130,6 +128,7 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
         "deviation, <metric>.share their share. Default: the file's.");
   whole("--agents-per-process", overrides_.agents_per_process, 1, kAny,
         "How many agents share a process; never changes a result. Default: the file's.");
+  study_.add_options(app_);
   app_.add_option("--output", output_option_, "Folder for the results, absent or empty. Default: results/<experiment>-<time>.")
       ->type_name("DIR");
   add_output_flags("Print summary.json on standard output instead of the table; where nothing was run, why.",
@@ -218,7 +217,7 @@ std::filesystem::path RunVerb::make_output() const {
 
 RunOptions RunVerb::options() const {
   RunOptions options;
-  options.run_name = run_name_.empty() ? random_name(experiment_.name) : run_name_;
+  options.run_name = run_name_.empty() ? random_run_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
   options.interface = interface_;
   options.key = run_key();
@@ -273,6 +272,24 @@ bool estimates(const Experiment& experiment) {
                      [](const ProtocolChoice& choice) { return find_protocol(choice.name).truth != Truth::none; });
 }
 
+bool RunVerb::is_study() {
+  if (file_.empty() && !study_.resumes())
+    throw ConfigError("file: found none; allowed: an experiment, or --resume DIR; see `consort run --help`");
+  if (!file_.empty() && study_.resumes())
+    throw ConfigError("--resume: found a FILE, too; allowed: one of them, as the folder of a study holds its experiment");
+  if (study_.resumes()) return true;
+  text_ = experiment_text(file_);
+  return study_.is_study(text_, file_.string(), overrides_);
+}
+
+Exit RunVerb::execute_study() {
+  for (const char* option : {"--external", "--hosts", "--launcher", "--ports", "--dry-run", "--watch", "--name", "--domain", "--interface"})
+    if (app_.get_option(option)->count() > 0)
+      throw ConfigError(fmt::format("{}: found a study; allowed: with a single run, whose cells have one value for each key", option));
+  const StudySetting setting{file_, output_option_, overrides_, command_line_, force_, no_report_, quiet_};
+  return study_.execute(setting, text_, [this](const auto& text, const auto& json) { show(text, json); });
+}
+
 Exit RunVerb::execute() {
   if (!mode_.empty()) overrides_.mode = mode_ == "simulate" ? Mode::simulate : mode_ == "lockstep" ? Mode::lockstep : Mode::realtime;
   std::set<std::uint32_t> external;
@@ -281,7 +298,8 @@ Exit RunVerb::execute() {
   if (!hosts_file_.empty() && !launcher_.empty()) throw ConfigError("--launcher: found --hosts, too; allowed: one of them");
   if (!hosts_file_.empty()) overrides_.hosts = load_hosts(hosts_file_);
   if (!launcher_.empty()) overrides_.hosts = hosts_of_allocation();
-  experiment_ = load_experiment(file_, overrides_, &hosts_);
+  if (is_study()) return execute_study();
+  experiment_ = parse_experiment(text_, file_.string(), file_.parent_path(), overrides_, &hosts_);
   check_options();
   const std::vector<Finding> findings = examine(experiment_, Effort::of_run());
   if (!force_) refuse_unsound(findings);
@@ -322,7 +340,7 @@ Exit RunVerb::execute() {
   } catch (const SeedRefused& refused) {
     // Read with that seed, the file is refused with the place.
     overrides_.seed = refused.seed.value;
-    static_cast<void>(load_experiment(file_, overrides_));
+    static_cast<void>(parse_experiment(text_, file_.string(), file_.parent_path(), overrides_));
     throw;
   }
   scribe_->close();

@@ -1,7 +1,8 @@
+#include "core/counted.hpp"
 #include "io/standard_streams.hpp"
 #include "orchestrator/cli/help.hpp"
+#include "orchestrator/cli/study.hpp"
 #include "orchestrator/cli/verbs.hpp"
-
 #include "orchestrator/report/findings.hpp"
 #include "orchestrator/report/portrait.hpp"
 #include "orchestrator/script/script.hpp"
@@ -64,10 +65,19 @@ class ValidateVerb : public Verb {
   }
 
   Exit execute() override {
-    const Experiment experiment = load_experiment(file_);
+    const std::string text = experiment_text(file_);
+    const Experiment experiment = parse_experiment(text, file_.string(), file_.parent_path());
     try_protocols(experiment);
     const std::vector<Finding> findings = examine(experiment);
-    show(portrait(experiment, findings, style_of(STDOUT_FILENO)), as_json(experiment, findings).dump(2) + "\n");
+    auto json = as_json(experiment, findings);
+    std::string picture = portrait(experiment, findings, style_of(STDOUT_FILENO));
+    if (!study_of(text, file_.string()).within_a_run) {
+      const StudyPlan plan = make_plan(text, file_.string(), StudyAsked{.directory = file_.parent_path()});
+      json["cells"] = plan.cells.size();
+      picture +=
+          fmt::format("  the first of {}, which are all valid; {}\n", counted(plan.cells.size(), "cell"), plan.cells.front().cell.shown());
+    }
+    show(picture, json.dump(2) + "\n");
     return Exit::ok;
   }
 

@@ -49,6 +49,7 @@ std::unique_ptr<Verb> make_watch_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_diff_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_replay_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_test_verb(CLI::App& parent);
+std::unique_ptr<Verb> make_collect_verb(CLI::App& parent);
 std::unique_ptr<Verb> make_results_verb(CLI::App& parent);
 
 /// In whatever shows pages here; nothing happens where nothing does.

@@ -1,9 +1,11 @@
 #include "orchestrator/report/page.hpp"
 
 #include "core/errors.hpp"
+#include "orchestrator/report/cell_store.hpp"
 #include "orchestrator/report/page_network.hpp"
 #include "orchestrator/report/page_run.hpp"
 #include "orchestrator/report/record_schema.hpp"
+#include "orchestrator/report/study_page.hpp"
 
 #include <fmt/format.h>
 
@@ -177,8 +179,15 @@ Json page_data(const std::filesystem::path& folder) {
   json["theory"] = parsed(folder / "theory.json");
   json["criteria"] = criteria_of(database);
   json["metrics"] = metrics_of(database);
-  json["comparison"] = comparison(database, dt);
   json["runs"] = Json::array();
+  if (is_study_folder(folder)) {
+    const StudyPlan plan = plan_in(folder);
+    json["study"] = page_study(plan, table_of(plan, CellStore(folder).results(plan)));
+    if (json["summary"].is_object())  // its table has them
+      for (const char* much : {"per_run", "metrics", "diverged"}) json["summary"].erase(much);
+    return json;
+  }
+  json["comparison"] = comparison(database, dt);
   const auto runs = first_runs(database);
   for (const std::int64_t number : runs) {
     const RecordedRun run(database, number, kMostRead);

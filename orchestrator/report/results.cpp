@@ -30,29 +30,6 @@ void make_parents(const std::filesystem::path& folder) {
   if (failure) throw RunError(fmt::format("cannot create the folder {}: {}", folder.string(), failure.message()));
 }
 
-// Mean, deviation and share of every metric that any run has. What a run does not have (it never converged, say) counts in the share
-// alone, so one such run does not cost the numbers of all others.
-void summarise(ProtocolResult& result) {
-  std::map<std::string, std::vector<double>> values;
-  for (const RunMetrics& run : result.per_run) {
-    for (const auto& [name, value] : run.metrics) {
-      auto& known = values[name];
-      if (!std::isnan(value)) known.push_back(value);
-    }
-  }
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  for (const auto& [name, known] : values) {
-    const auto count = static_cast<double>(known.size());
-    double sum = 0.0, squares = 0.0;
-    for (const double value : known) sum += value;
-    const double mean = known.empty() ? kNone : known.size() == 1 ? known.front() : sum / count;
-    for (const double value : known) squares += (value - mean) * (value - mean);
-    result.mean[name] = mean;
-    result.deviation[name] = known.size() < 2 ? kNone : std::sqrt(squares / (count - 1.0));
-    result.share[name] = count / static_cast<double>(result.per_run.size());
-  }
-}
-
 }  // namespace
 
 std::filesystem::path create_results_folder(const std::filesystem::path& base, const std::string& experiment, std::time_t now) {
@@ -93,6 +70,27 @@ void write_file(const std::filesystem::path& file, const std::string& text) {
   std::error_code ignored;
   std::filesystem::remove(unfinished, ignored);
   throw RunError(fmt::format("cannot write {}: {}", file.string(), failure.message()));
+}
+
+void summarise(ProtocolResult& result) {
+  std::map<std::string, std::vector<double>> values;
+  for (const RunMetrics& run : result.per_run) {
+    for (const auto& [name, value] : run.metrics) {
+      auto& known = values[name];
+      if (!std::isnan(value)) known.push_back(value);
+    }
+  }
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [name, known] : values) {
+    const auto count = static_cast<double>(known.size());
+    double sum = 0.0, squares = 0.0;
+    for (const double value : known) sum += value;
+    const double mean = known.empty() ? kNone : known.size() == 1 ? known.front() : sum / count;
+    for (const double value : known) squares += (value - mean) * (value - mean);
+    result.mean[name] = mean;
+    result.deviation[name] = known.size() < 2 ? kNone : std::sqrt(squares / (count - 1.0));
+    result.share[name] = count / static_cast<double>(result.per_run.size());
+  }
 }
 
 Results::Results(const Experiment& experiment, std::filesystem::path output) : experiment_(experiment), output_(std::move(output)) {

@@ -44,6 +44,10 @@ struct ProtocolResult {
   Metrics share;                    ///< of the runs that have it, 0 to 1
 };
 
+/// Mean, deviation and share of every metric that any run has. What a run does not have (it never converged, say) counts in the share
+/// alone, so one such run does not cost the numbers of all others.
+void summarise(ProtocolResult& result);
+
 struct Summary {
   std::string experiment;
   std::filesystem::path output;

@@ -1,10 +1,14 @@
 #include "orchestrator/run/run.hpp"
 
+#include "core/errors.hpp"
 #include "idl/trust.hpp"
 #include "orchestrator/run/job_run.hpp"
 #include "orchestrator/run/session.hpp"
 #include "rounds/agent_maker.hpp"
 #include "rounds/last_round.hpp"
+
+#include <fmt/format.h>
+#include <sys/random.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +18,12 @@ namespace consort {
 bool RunOptions::by_hand(std::span<const AgentId> hosted) const {
   return std::any_of(hosted.begin(), hosted.end(),
                      [&](AgentId agent) { return std::find(external.begin(), external.end(), agent) != external.end(); });
+}
+
+std::string random_run_name(const std::string& experiment) {
+  std::uint32_t word = 0;
+  if (::getrandom(&word, sizeof word, 0) != sizeof word) throw RunError("the kernel gives no random number for the name of the run");
+  return fmt::format("{}-{:08x}", experiment, word);
 }
 
 std::string run_key() {

@@ -73,6 +73,7 @@ struct RunOptions {
   std::shared_ptr<const PortBlock> ports = {};   ///< of a run that states them; none: it looks for some
   double tell_awaited_seconds = 10.0;            ///< for so long nothing is said of whoever has not come yet, and then so often
   double last_reports_seconds = 5.0;             ///< real time: for so long after the last round, reports under way are waited for
+  std::size_t threads = 0;                       ///< simulate: so many jobs at once; 0: one per core
   const std::atomic<int>* interrupt = nullptr;   ///< signal number once the user asked to stop; 0 before
 
   /// Is a process that hosts these agents started by hand?
@@ -85,6 +86,8 @@ struct RunOptions {
 constexpr const char* kRunKeyVariable = "CONSORT_KEY";
 /// What it holds, or a random key. Throws ConfigError if that is too short to be a secret.
 std::string run_key();
+/// <experiment>-<random>: unique among those that run.
+std::string random_run_name(const std::string& experiment);
 
 struct SessionTimes {
   double startup_seconds = 0.0;  ///< from the call to round 0 of the first job, everything included

@@ -165,7 +165,8 @@ struct Dropped : std::exception {};
 // Jobs on all cores. Workers stay at most `window` jobs ahead of what the observer has taken, so memory stays bounded.
 class Workers {
  public:
-  Workers(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch) {
+  Workers(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch,
+          std::size_t at_once) {
     // A packaged task carries an exception of its simulation to the thread that asks for the result.
     for (const Job& job : jobs) {
       tasks_.emplace_back([&experiment, &spill, &watch, job](const std::stop_token& stop) {
@@ -179,7 +180,7 @@ class Workers {
             [](Finished& finished, const RoundReport& report) { finished.add(report); });
       });
     }
-    const std::size_t threads = std::min<std::size_t>(std::max(1u, std::thread::hardware_concurrency()), jobs.size());
+    const std::size_t threads = std::min(at_once > 0 ? at_once : std::max(1u, std::thread::hardware_concurrency()), jobs.size());
     window_ = 2 * threads;
     for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this](const std::stop_token& stop) { work(stop); });
   }
@@ -214,11 +215,11 @@ class Workers {
   std::vector<std::jthread> threads_;  // last member: stopped and joined before anything they use is gone
 };
 
-SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const std::filesystem::path& spill, const Watch& watch,
+SessionTimes run_many(const Experiment& experiment, const std::vector<Job>& jobs, const RunOptions& options, const Watch& watch,
                       RunObserver& observer) {
   SessionTimes times;
   Trace outline;
-  Workers workers(experiment, jobs, spill, watch);
+  Workers workers(experiment, jobs, options.spill_directory, watch, options.threads);
   for (const Job& job : jobs) {
     if (job.number == 0 || job.protocol != jobs[job.number - 1].protocol) outline = outline_of(experiment, job);
     Finished finished;
@@ -258,7 +259,8 @@ SessionTimes run_simulated(const Experiment& experiment, const RunOptions& optio
   const std::vector<Job> jobs = jobs_of(experiment);
   check(!jobs.empty(), "an experiment has at least one protocol and one run");
   const std::filesystem::path& spill = options.spill_directory;
-  return jobs.size() == 1 ? run_one(experiment, jobs.front(), spill, watch, observer) : run_many(experiment, jobs, spill, watch, observer);
+  return jobs.size() == 1 ? run_one(experiment, jobs.front(), spill, watch, observer)
+                          : run_many(experiment, jobs, options, watch, observer);
 }
 
 }  // namespace consort

@@ -1,5 +1,6 @@
 #include "orchestrator/script/measures.hpp"
 
+#include "core/errors.hpp"
 #include "orchestrator/script/criteria.hpp"
 #include "orchestrator/script/trial.hpp"
 #include "protocols/metrics.hpp"
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace consort::script {
 namespace {
@@ -62,6 +64,17 @@ void add_metrics_of(const std::string& criterion, Experiment& out) {
   }
 }
 
+// Of a cell: `name` may be of it, of another one, or of every cell.
+void take_metric(const std::string& name, Experiment& out) {
+  if (out.metrics.empty()) return;  // all of them anyway
+  std::string before = title_before(out, name);
+  for (const ProtocolChoice& choice : out.protocols)
+    if (before.empty() && name.starts_with(choice.name + ".")) before = choice.name;
+  const std::string metric = metric_behind(before.empty() ? name : name.substr(before.size() + 1));
+  const bool known = std::find(out.metrics.begin(), out.metrics.end(), metric) != out.metrics.end();
+  if (!metric.empty() && !known) out.metrics.push_back(metric);
+}
+
 }  // namespace
 
 void read_measures(Mistakes& mistakes, const Section& top, Experiment& experiment) {
@@ -89,6 +102,17 @@ void check_criteria(Mistakes& mistakes, const Section& top, Experiment& out) {
     } catch (const ConfigError& error) {
       mistakes.add(list[i], fmt::format("criteria[{}]: {}", i, error.what()));
     }
+  }
+}
+
+void take_metrics_of_criteria(Experiment& experiment) {
+  for (const std::string& criterion : std::exchange(experiment.criteria, {})) {
+    std::vector<std::string> names;
+    try {
+      names = metrics_of(criterion);
+    } catch (const ConfigError&) {  // said of the study as a whole
+    }
+    for (const std::string& name : names) take_metric(name, experiment);
   }
 }
 

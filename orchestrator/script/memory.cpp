@@ -10,6 +10,7 @@
 #include <array>
 #include <fstream>
 #include <limits>
+#include <mutex>
 
 namespace consort {
 namespace {
@@ -43,9 +44,13 @@ struct Need {
   double bytes = 0.0;
   std::string what;
 };
-Need& largest_need() {
-  static Need need;
-  return need;
+// Experiments may be read on several threads.
+std::mutex g_mutex;
+Need g_largest;
+
+Need largest_need() {
+  const std::lock_guard lock(g_mutex);
+  return g_largest;
 }
 
 }  // namespace
@@ -64,14 +69,17 @@ std::string bytes_text(double bytes) {
 }
 
 void require_memory(double bytes, const std::string& what, const std::string& remedy, double to_be_had) {
-  if (bytes > largest_need().bytes) largest_need() = {bytes, what};
+  {
+    const std::lock_guard lock(g_mutex);
+    if (bytes > g_largest.bytes) g_largest = {bytes, what};
+  }
   if (bytes <= to_be_had) return;
   throw ConfigError(
       fmt::format("{} would take {} of memory, and {} can be had; allowed: {}", what, bytes_text(bytes), bytes_text(to_be_had), remedy));
 }
 
 std::string out_of_memory() {
-  const Need& need = largest_need();
+  const Need need = largest_need();
   return fmt::format(
       "out of memory: {} can be had{}; allowed: fewer agents, components, edges or runs, or fewer reports "
       "(`telemetry: {{every: ...}}`)",

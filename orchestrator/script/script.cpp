@@ -137,14 +137,38 @@ std::vector<Host> read_where(Mistakes& mistakes, const Section& top, const std::
   return hosts;
 }
 
+// The document with what the command line sets, or of one cell of its study.
+YAML::Node as_asked(Mistakes& mistakes, YAML::Node document, const std::vector<Setting>& settings, std::optional<Cell>& cell) {
+  if (!document.IsMap()) return document;
+  const YAML::Node sweep = document["sweep"];
+  if (!cell && present(sweep)) cell = first_cell(mistakes, sweep);
+  mistakes.raise();
+  bool swept = present(sweep) && !cell;
+  for (const Setting& setting : settings) {
+    document.reset(with_setting(document, setting));
+    swept = swept && !(sweep.IsMap() && sweep.size() == 1 && sweep.begin()->first.Scalar() == setting.key);
+  }
+  if (cell)
+    for (const Setting& setting : cell->settings) document.reset(with_setting(document, setting));
+  if (!swept) document.remove("sweep");
+  return document;
+}
+
+// A cell's protocols are called by its values, too.
+void name_cell(const Cell& cell, Experiment& out) {
+  for (ProtocolChoice& choice : out.protocols) choice.variant = ProtocolChoice::Variant{0, cell.label(), out.links, cell.number()};
+}
+
 Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesystem::path& directory, const ScriptOverrides& overrides,
                 std::vector<Host>& hosts) {
   const std::string text = plain_text(bytes);
-  const YAML::Node document = read_document(text, mistakes);
+  const YAML::Node written = read_document(text, mistakes);
   mistakes.raise();
-  check_format(mistakes, document);
+  check_format(mistakes, written);
   mistakes.raise();
-  check_duplicate_keys(mistakes, document);
+  check_duplicate_keys(mistakes, written);
+  std::optional<Cell> cell = overrides.cell;
+  const YAML::Node document = as_asked(mistakes, written, overrides.settings, cell);
 
   Experiment out;
   out.description = header_comment(text);
@@ -182,7 +206,11 @@ Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesys
   mistakes.at(agents.Mark());
   try_agents(mistakes, agents.Mark(), present(links) ? links.Mark() : agents.Mark(), out, places);
   mistakes.raise();
-  check_criteria(mistakes, top, out);
+  if (cell) name_cell(*cell, out);
+  if (cell)
+    take_metrics_of_criteria(out);
+  else
+    check_criteria(mistakes, top, out);
   if (out.protocols.size() * out.runs > kMostRuns)
     mistakes.add(present(top.find("runs")) ? top.find("runs") : agents,
                  fmt::format("runs: found {} of each of {} protocols and swept values; allowed: {} runs in all", out.runs,
@@ -190,6 +218,24 @@ Experiment read(Mistakes& mistakes, const std::string& bytes, const std::filesys
   mistakes.raise();
   out.resolved_text = resolved(out, topology->canonical, hosts);
   return out;
+}
+
+// What stands nowhere in the file, the command line has set.
+std::string told_of_settings(const std::string& told, const std::string& name) {
+  const std::string nowhere = name + ":1:1: ";
+  std::string out = told;
+  for (std::size_t at = 0; (at = out.find(nowhere, at)) != std::string::npos;) {
+    const bool begins = at == 0 || out[at - 1] == '\n';
+    if (begins) out.replace(at, nowhere.size(), "--set: ");
+    at += 1;
+  }
+  return out;
+}
+
+bool sets_any(const ScriptOverrides& overrides) {
+  const auto is_set = [](const Setting& setting) { return setting.line < 0; };
+  return std::any_of(overrides.settings.begin(), overrides.settings.end(), is_set) ||
+         (overrides.cell && std::any_of(overrides.cell->settings.begin(), overrides.cell->settings.end(), is_set));
 }
 
 }  // namespace
@@ -202,8 +248,9 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   // Whoever objects while the file is read is given the place that is being read.
   try {
     return read(mistakes, text, directory, overrides, *hosts);
-  } catch (const PlacedError&) {
-    throw;
+  } catch (const PlacedError& error) {
+    if (!sets_any(overrides)) throw;
+    throw PlacedError(told_of_settings(error.what(), name));
   } catch (const ConfigError& error) {
     if (std::string_view(error.what()).starts_with("--")) throw;  // of the command line
     mistakes.add_here(error.what());
@@ -218,14 +265,16 @@ Experiment parse_experiment(const std::string& text, const std::string& name, co
   throw ContractViolation("a mistake that was raised");
 }
 
-Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides, std::vector<Host>* hosts) {
-  std::string text;
+std::string experiment_text(const std::filesystem::path& file) {
   try {
-    text = read_input(file, kLargestExperiment);
+    return read_input(file, kLargestExperiment);
   } catch (const ConfigError& error) {
     throw ConfigError(fmt::format("{}: {}", file.string(), error.what()));
   }
-  return parse_experiment(text, file.string(), file.parent_path(), overrides, hosts);
+}
+
+Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides, std::vector<Host>* hosts) {
+  return parse_experiment(experiment_text(file), file.string(), file.parent_path(), overrides, hosts);
 }
 
 }  // namespace consort

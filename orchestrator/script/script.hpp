@@ -4,6 +4,7 @@
 
 #include "core/experiment.hpp"
 #include "orchestrator/script/hosts.hpp"
+#include "orchestrator/script/study.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -28,10 +29,14 @@ struct ScriptOverrides {
   std::optional<std::size_t> runs = {};
   std::optional<std::size_t> agents_per_process = {};
   std::optional<std::vector<Host>> hosts = {};
+  std::vector<Setting> settings = {};  ///< keys of the file that are something else
+  std::optional<Cell> cell = {};       ///< of a study: the criteria are not this cell's, and metrics they name in it are computed
 };
 
-/// `hosts`, if given, is told where the experiment is to run; without any, here.
+/// `hosts`, if given, is told where the experiment is to run; without any, here. Of a study without a cell: the first one.
 Experiment load_experiment(const std::filesystem::path& file, const ScriptOverrides& overrides = {}, std::vector<Host>* hosts = nullptr);
+/// The text of an experiment file.
+std::string experiment_text(const std::filesystem::path& file);
 /// `name` stands for the file in messages; relative data files are found from `directory`.
 Experiment parse_experiment(const std::string& text, const std::string& name, const std::filesystem::path& directory,
                             const ScriptOverrides& overrides = {}, std::vector<Host>* hosts = nullptr);

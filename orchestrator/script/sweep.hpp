@@ -1,5 +1,5 @@
 #pragma once
-/// The sweep of the experiment file: every protocol once per value of one key of the links.
+/// A sweep within a run: every protocol once per value of one key of the links. Any other makes a study (study.hpp).
 
 #include "orchestrator/script/links.hpp"
 

@@ -84,6 +84,13 @@ class Package(unittest.TestCase):
         self.assertEqual(list(arrays["run0_round"][:3]), [0, 1, 2])
         self.assertEqual(list(arrays["run0_time"][:3]), [0.0, 0.5, 1.0])
 
+    def test_a_sweep_of_any_key_has_a_row_per_value(self):
+        file = self.folder / "any.yaml"
+        file.write_text(RING[: RING.index("criteria:")])
+        results = consort.sweep(file, {"dt": [0.05, 0.1]}, runs=3, output=self.folder / "study", program=PROGRAM)
+        self.assertEqual(list(results.metric("disagreement")["sweep_value"]), [0.05, 0.1])
+        self.assertEqual(len(results.metrics[results.metrics["name"] == "disagreement"]), 6)
+
     def test_a_sweep_has_a_row_per_value(self):
         file = self.folder / "swept.yaml"
         file.write_text(RING[: RING.index("criteria:")])

@@ -96,6 +96,26 @@ TEST_F(Page, ShowsEachKindOfExperiment) {
   expect_drawn(3);
 }
 
+TEST_F(Page, ShowsAStudyAgainstWhatIsSwept) {
+  browser_.open(page_of("studies/loss_study", {"--runs", "5"}));
+  expect_drawn(2);
+  const Json bias = browser_.run("return {title: drawn[0].title, rows: drawn[0].graph.rawData_, axis: runs[0].study.axis.at}");
+  EXPECT_EQ(bias["title"], "bias");
+  EXPECT_EQ(bias["axis"], (Json{0, 0.1, 0.2, 0.3, 0.4}));
+  const Json record = Json::parse(text_of(folder_.path() / "run-1/summary.json"));
+  const std::vector<std::string> losses{"0", "0.1", "0.2", "0.3", "0.4"};
+  for (std::size_t i = 0; i < losses.size(); ++i) {
+    const Json& row = bias["rows"][i];
+    EXPECT_EQ(row.size(), 4U) << "the loss and three algorithms";
+    EXPECT_EQ(row[1][1], record["metrics"]["kalman_consensus.kca.loss_" + losses[i] + ".bias"]);
+    EXPECT_TRUE(row[1][0] <= row[1][1] && row[1][1] <= row[1][2]) << row;
+  }
+  EXPECT_EQ(browser_.run("return document.querySelectorAll('table')[0].rows.length"), 16) << "a row per cell";
+  browser_.resize(360, 800);
+  const Json widths = browser_.run("return [innerWidth, document.documentElement.scrollWidth]");
+  EXPECT_LE(widths[1].get<int>(), widths[0].get<int>());
+}
+
 TEST_F(Page, FitsASmallScreen) {
   browser_.open(page_of("localization_single", {"--rounds", "200"}));
   browser_.resize(360, 800);

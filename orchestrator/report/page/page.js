@@ -57,7 +57,8 @@ function chart(options) {
   const {title, meaning, x, series, log, bars, events, dt, wide} = options;
   const told = element('div', {class: 'told', 'aria-live': 'off'}, '\u00a0');
   const place = element('div', {class: 'plot', role: 'img',
-    'aria-label': `Curves over time: ${title}. ${series.length} curves, ${x.length} points each.`});
+    'aria-label': `Curves ${options.axis ? '' : 'over time'}: ${title}. ${series.length} curves, ${x.length} points each.`});
+  const seconds = (value) => `${Number(value.toPrecision(4))} s`;
   const positive = series.some((one) => one.values.some((v) => (bars ? v && v[1] : v) > 0));
   const scale = {log: log && positive};
   const button = log && positive ? element('button', {type: 'button', 'aria-pressed': 'true', onclick: () => {
@@ -81,14 +82,14 @@ function chart(options) {
     customBars: Boolean(bars), logscale: scale.log, connectSeparatedPoints: Boolean(options.gaps), legend: 'never',
     fillAlpha: 0.18, strokeWidth: 1.4, axisLineColor: css('--quiet'), gridLineColor: css('--line'), xlabel: '', animatedZooms: false,
     series: Object.fromEntries(series.map((one, i) => ['s' + i,
-      {strokePattern: one.dashed ? [6, 4] : null, strokeWidth: one.strong ? 2.4 : one.thin ? 0.8 : 1.4, drawPoints: x.length < 3}])),
-    axes: {x: {axisLabelFormatter: (value) => `${Number(value.toPrecision(4))} s`}, y: {axisLabelWidth: 62,
+      {strokePattern: one.dashed ? [6, 4] : null, strokeWidth: one.strong ? 2.4 : one.thin ? 0.8 : 1.4, drawPoints: Boolean(options.points) || x.length < 3}])),
+    axes: {x: {axisLabelFormatter: options.axis || seconds, logscale: Boolean(options.logx)}, y: {axisLabelWidth: 62,
       axisLabelFormatter: (value) => rounded(value, 4)}},
     highlightSeriesOpts: {strokeWidth: 2.6}, highlightSeriesBackgroundAlpha: 1,
     highlightCallback: (event, at, points, row, name) => {
       const one = series[Number(String(name || 's0').slice(1))], point = points.find((p) => p.name === name);
       const round = dt ? `, round ${Math.round(at / dt)}` : '';
-      told.textContent = `${Number(at.toPrecision(6))} s${round}: ${one ? one.name : ''} ${point ? number(point.yval) : ''}`;
+      told.textContent = `${options.axis ? options.axis(at) : `${Number(at.toPrecision(6))} s`}${round}: ${one ? one.name : ''} ${point ? number(point.yval) : ''}`;
     },
     zoomCallback: (from, to) => {
       if (graph.isZoomed('x')) kept.zoom.set(title, [from, to]);
@@ -321,7 +322,7 @@ function head(data, level) {
 }
 
 function metrics(data) {
-  if (!data.metrics.length) return null;
+  if (!data.metrics.length || data.study) return null;
   const protocols = [...new Set(data.comparison ? data.comparison.curves.map((curve) => curve.protocol) : [])];
   const owner = (name) => protocols.length > 1 ? protocols.find((protocol) => name.startsWith(protocol + '.')) : undefined;
   const rows = new Map();
@@ -412,7 +413,7 @@ function render() {
   if (runs.length > 1) parts.push(element('h1', {}, `${runs.length} runs`), element('div', {class: 'charts'}, overlay()));
   for (const data of runs) {
     const far = comparison(data);
-    parts.push(element('article', {}, ...[...head(data, runs.length > 1 ? 'h2' : 'h1'), far ? element('div', {class: 'charts'}, far) : null, runSection(data),
+    parts.push(element('article', {}, ...[...head(data, runs.length > 1 ? 'h2' : 'h1'), far ? element('div', {class: 'charts'}, far) : null, studySection(data), runSection(data),
       metrics(data), theory(data), again(data)].filter(Boolean)));
   }
   page.replaceChildren(...parts.filter(Boolean));

@@ -159,7 +159,7 @@ TEST(ScriptLinks, SweepsEveryProtocolOverTheValuesOfOneKey) {
 }
 
 TEST(ScriptLinks, NamesWhatIsWrongWithASweep) {
-  expect_told("sweep: {dt: [1, 2]}", "sweep: found 'dt'; allowed: one key below links");
+  expect_told("sweep: [1, 2]", "sweep: found a list of 2; allowed: keys of this file and their values");
   expect_told("sweep: {links.loss: [0.1]}", "two values or more");
   expect_told("sweep: {links.loss: [0.1, 1.5]}", "allowed: a number from 0 to 1");
   expect_told("sweep: {links.loss: [0.1, 0.1]}", "a second time");
