@@ -273,8 +273,7 @@ bool estimates(const Experiment& experiment) {
 }
 
 bool RunVerb::is_study() {
-  if (file_.empty() && !study_.resumes())
-    throw ConfigError("file: found none; allowed: an experiment, or --resume DIR; see `consort run --help`");
+  if (file_.empty() && !study_.resumes()) throw ConfigError("file is required, or --resume DIR; see `consort run --help`");
   if (!file_.empty() && study_.resumes())
     throw ConfigError("--resume: found a FILE, too; allowed: one of them, as the folder of a study holds its experiment");
   if (study_.resumes()) return true;

@@ -12,6 +12,8 @@
 
 #include <chrono>
 #include <memory>
+#include <sstream>
+#include <utility>
 
 namespace consort {
 namespace {
@@ -40,16 +42,25 @@ class CellsTold {
   bool told_ = false;
 };
 
+// As much of the table as somebody would read on a terminal.
+std::string shown_table(const Collected& collected) {
+  constexpr std::size_t kMostLines = 60;
+  std::istringstream lines(collected.table);
+  std::string table;
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count)
+    if (count < kMostLines) table += line.empty() ? "\n" : "  " + line + "\n";
+  if (count > kMostLines)
+    table += fmt::format("  ... and {}, see {}\n", counted(count - kMostLines, "line"), (collected.summary.output / "table.md").string());
+  return table;
+}
+
 }  // namespace
 
 Exit show_study(const Collected& collected, const Show& show) {
   Summary told = collected.summary;
   told.protocols.clear();  // the table has them
-  std::string table;
-  for (std::size_t at = 0, end = 0; at < collected.table.size(); at = end + 1) {
-    end = std::min(collected.table.find('\n', at), collected.table.size());
-    table += at == end ? "\n" : "  " + collected.table.substr(at, end - at) + "\n";
-  }
+  const std::string table = shown_table(collected);
   show("\n" + table + render(told, style_of(STDOUT_FILENO)) + (collected.page.empty() ? "" : fmt::format("  {}\n", collected.page)),
        to_json(collected.summary));
   return collected.summary.exit;

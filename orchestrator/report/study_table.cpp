@@ -173,11 +173,10 @@ Summary summary_of(const StudyPlan& plan, const StudyTable& table, const std::fi
   summary.experiment = plan.experiment;
   summary.output = folder;
   summary.mode = plan.mode;
-  if (!plan.cells.empty()) {
-    summary.seed = plan.cells.front().seed;
-    summary.agents = plan.cells.front().agents;
-    summary.runs = plan.cells.front().runs;
-  }
+  const PlannedCell& first = plan.cells.at(0);
+  summary.seed = first.seed;
+  summary.agents = first.agents;
+  summary.runs = first.runs;
   double seconds = 0.0;
   std::uint64_t rounds = 0;
   for (const StudyRow& row : table.rows) {

@@ -80,6 +80,10 @@ YAML::Node with_value(const YAML::Node& node, std::string_view path, const YAML:
 }
 
 YAML::Node with_setting(const YAML::Node& document, const Setting& setting) {
+  constexpr std::size_t kLongestKey = 200;
+  if (setting.key.empty() || setting.key.size() > kLongestKey)
+    throw ConfigError(fmt::format("sweep: found the key '{}'; allowed: one of this file, with dots, of up to {} characters",
+                                  shown(setting.key), kLongestKey));
   try {
     return with_value(document, setting.key, placed(setting.value, setting.line, setting.column));
   } catch (const ConfigError& error) {

@@ -164,7 +164,9 @@ std::optional<Cell> script::first_cell(Mistakes& mistakes, const YAML::Node& swe
   return cells.empty() ? std::nullopt : std::optional(cells.front());
 }
 
-Study study_of(const std::string& text, const std::string& name, std::span<const std::string> sets, bool zipped) {
+namespace {
+
+Study read_study(const std::string& text, const std::string& name, std::span<const std::string> sets, bool zipped) {
   Study study;
   std::vector<Axis> set;
   for (const std::string& one : sets) {
@@ -208,6 +210,16 @@ Study study_of(const std::string& text, const std::string& name, std::span<const
   mistakes.raise();
   for (const Axis& axis : axes) study.keys.insert(study.keys.end(), axis.keys.begin(), axis.keys.end());
   return study;
+}
+
+}  // namespace
+
+Study study_of(const std::string& text, const std::string& name, std::span<const std::string> sets, bool zipped) {
+  try {
+    return read_study(text, name, sets, zipped);
+  } catch (const YAML::Exception& error) {
+    throw ConfigError(fmt::format("{}: found what a sweep cannot have: {}", name, error.msg));
+  }
 }
 
 }  // namespace consort

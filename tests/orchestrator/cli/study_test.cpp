@@ -161,7 +161,7 @@ TEST_F(Studies, SayWhatTheyCannotDo) {
       {"--external: found a study", {"run", at("study.yaml"), "--external", "1"}},
       {"--cell: found no --resume", {"run", at("study.yaml"), "--cell", "1"}},
       {"holds no plan.json", {"run", "--resume", at("nowhere")}},
-      {"file: found none", {"run"}},
+      {"file is required, or --resume DIR", {"run"}},
       {"cell 1 (dt = 0.1, links.loss = 3): --set: links.loss: found 3", {"run", at("study.yaml"), "--set", "links.loss=3,0.2"}},
       {"found no sweep", {"run", at("study.yaml"), "--set", "links.loss=0", "--set", "dt=0.1", "--jobs", "2"}},
   };

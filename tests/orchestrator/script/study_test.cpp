@@ -136,6 +136,8 @@ TEST(Study, NamesThePlaceOfAValueThatDoesNotFit) {
   const std::string unknown = "sweep:\n  agents.cuont: [3, 4]\n";
   expect_told([&] { cell(unknown, study(unknown), 0); }, "e.yaml:8:18: agents: found the unknown key 'cuont'");
   expect_told([] { cell("", study("", {"links.loss=0,1.5"}), 1); }, "--set: links.loss: found 1.5");
+  const std::string deep = std::string(300, '.');
+  expect_told([&] { cell("", study("", {deep + "=1,2"}), 0); }, "allowed: one of this file, with dots, of up to 200 characters");
   expect_told([] { study("", {"dt"}); }, "--set: found 'dt'; allowed: KEY=VALUES");
   expect_told([] { study("", {"dt=[1, 2"}); }, "--set dt:1:");
   expect_told([] { study("", {"dt=1,1"}); }, "found the name 'dt_1' a second time");
