@@ -188,8 +188,9 @@ TEST_F(Hosts, ACutShorterThanTheSilenceIsGoneThroughAndALongerOneNamesWhoWasCut)
     EXPECT_EQ(agent->wait(), 0) << agent->err();
     EXPECT_EQ(hash(*program), simulated());
   }
-  const auto program = run(experiment(4, "dt: 0.1\ntelemetry: {every: 10}\ntransport: {silence: 2 s}\nstop: {deadline: 600 s}\n", 1'000'000'000),
-                           "--hosts hosts.yaml --output long");
+  const auto program =
+      run(experiment(4, "dt: 0.1\ntelemetry: {every: 10}\ntransport: {silence: 2 s}\nstop: {deadline: 600 s}\n", 1'000'000'000),
+          "--hosts hosts.yaml --output long");
   const auto agent = by_hand(*program);
   EXPECT_TRUE(eventually([&] { return program->over() || rounds("long"); })) << program->err();
   link("down");
