@@ -14,7 +14,6 @@ namespace consort::script {
 
 namespace {
 
-
 std::vector<std::string> protocol_names() {
   std::vector<std::string> names;
   for (const auto& entry : protocol_table()) names.emplace_back(entry.name);

@@ -83,8 +83,7 @@ TEST(ScriptPlant, RefusesMistakesNamingPlaceAndRemedy) {
   expect_mistake("did you mean 'integrator'?", "duration: 5 s\nplant: {model: intergrator}\n");
   expect_mistake("plant.model integrator: found the unknown name 'ordr'; allowed: name, order, dimension; did you mean 'order'?",
                  "plant: {model: {name: integrator, ordr: 2}}\n");
-  expect_mistake("parameter 'order': found 2.5; allowed: a whole number from 1 to 10",
-                 "plant: {model: {name: integrator, order: 2.5}}\n");
+  expect_mistake("parameter 'order': found 2.5; allowed: a whole number from 1 to 10", "plant: {model: {name: integrator, order: 2.5}}\n");
   expect_mistake("plant.model: found a mapping without a name", "plant: {model: {order: 2}}\n");
   expect_mistake("plant.initial: found the unknown name 'x0'", "plant: {model: integrator, initial: {x0: 1}}\n");
   expect_mistake("plant.overrides: found 6; allowed: an agent from 1 to 5", plant(", overrides: {6: {initial: {position: 1}}}"));
