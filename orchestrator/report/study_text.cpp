@@ -30,7 +30,7 @@ bool any_converged(const StudyTable& table) {
 
 // A mean and half of its confidence interval, to that half's two digits.
 std::string with_half(double mean, double half, const char* sign) {
-  if (std::isnan(half)) return fmt::format("{:.6g}", mean);
+  if (!std::isfinite(half)) return fmt::format("{:.6g}", mean);  // one seed has no interval
   if (half <= 1e-13 * std::abs(mean)) return fmt::format("{:.6g} {} 0", mean, sign);
   const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(half))));
   if (decimals > 8 || std::abs(mean) >= 1e9) return fmt::format("{:.4g} {} {:.2g}", mean, sign, half);

@@ -57,6 +57,15 @@ TEST_F(StudyTables, ItsMetricsAreThoseOfTheCellsUnderTheirNames) {
   EXPECT_EQ(summary.exit, Exit::criterion_not_met);
 }
 
+TEST_F(StudyTables, OneSeedIsANumberWithoutAnInterval) {
+  for (PlannedCell& cell : plan_.cells) cell.runs = 1;
+  for (auto& result : results_) result->runs.resize(1);
+  const std::string markdown = table_markdown(plan_, table_of(plan_, results_));
+  EXPECT_NE(markdown.find(" 1.1 "), std::string::npos) << markdown;
+  EXPECT_EQ(markdown.find("\u00b1"), std::string::npos) << markdown;
+  EXPECT_EQ(markdown.find("inf"), std::string::npos) << markdown;
+}
+
 TEST_F(StudyTables, JudgeACriterionThatNamesNoCellInEachOfThem) {
   plan_.criteria = {{"bias < 2 and bias.std > 0", 0, 0}, {"bias < 1", 0, 0}};
   const Summary summary = summary_of(plan_, table_of(plan_, results_), "folder", 0);
