@@ -111,15 +111,15 @@ class Tally {
 };
 
 // In this process, a cell a thread; where cells are few, each on several.
-void simulate_cells(const std::filesystem::path& folder, const StudyPlan& plan, const std::vector<std::size_t>& todo, CellStore& store,
+void simulate_cells(const std::filesystem::path& folder, const StudyPlan& plan, const std::vector<std::size_t>& remaining, CellStore& store,
                     const StudyOptions& options, Tally& tally) {
   const CellReader read = reader_in(folder, plan);
-  const std::size_t jobs = options.jobs.value_or(cores()), at_once = std::min(jobs, todo.size());
+  const std::size_t jobs = options.jobs.value_or(cores()), at_once = std::min(jobs, remaining.size());
   CellOptions of_cell{run_options(plan, {}), {}, plan.asked.full, has_curves(plan), plan.asked.force};
   of_cell.run.threads = std::max<std::size_t>(1, jobs / at_once);
-  on_threads(at_once, todo.size(), [&](std::size_t i) {
+  on_threads(at_once, remaining.size(), [&](std::size_t i) {
     if (!tally.go_on()) return;
-    const std::size_t cell = todo[i];
+    const std::size_t cell = remaining[i];
     CellOptions own = of_cell;
     if (own.full) own.folder = cell_folder(folder, cell);
     const CellResult result = run_cell(read(cell, plan.cells[cell].cell), own);
@@ -130,10 +130,10 @@ void simulate_cells(const std::filesystem::path& folder, const StudyPlan& plan, 
 }
 
 // Each in a process of its own, which starts those of its agents.
-void run_cells_as_children(const std::filesystem::path& folder, const std::vector<std::size_t>& todo, const StudyOptions& options,
+void run_cells_as_children(const std::filesystem::path& folder, const std::vector<std::size_t>& remaining, const StudyOptions& options,
                            Tally& tally) {
   std::vector<std::vector<std::string>> commands;
-  for (const std::size_t cell : todo)
+  for (const std::size_t cell : remaining)
     commands.push_back({"run", "--resume", folder.string(), "--cell", std::to_string(cell + 1), "--quiet"});
   const int signal = run_children(commands, {options.jobs.value_or(1), true, [&] { return tally.go_on(); }},
                                   [&](std::size_t, const ChildAnswer& answer) { tally.ended(answer.exit == 0); });
@@ -189,15 +189,15 @@ void run_study(const std::filesystem::path& folder, const StudyPlan& plan, const
   const Claim claim(folder);
   CellStore store(folder);
   const auto results = store.results(plan);
-  std::vector<std::size_t> todo;
+  std::vector<std::size_t> remaining;
   for (std::size_t i = 0; i < results.size(); ++i)
-    if (!results[i] || !results[i]->done()) todo.push_back(i);
-  if (todo.empty()) return;
-  Tally tally(plan, results.size() - todo.size(), options);
+    if (!results[i] || !results[i]->done()) remaining.push_back(i);
+  if (remaining.empty()) return;
+  Tally tally(plan, results.size() - remaining.size(), options);
   if (plan.mode == Mode::simulate)
-    simulate_cells(folder, plan, todo, store, options, tally);
+    simulate_cells(folder, plan, remaining, store, options, tally);
   else
-    run_cells_as_children(folder, todo, options, tally);
+    run_cells_as_children(folder, remaining, options, tally);
 }
 
 CellResult run_planned_cell(const std::filesystem::path& folder, const StudyPlan& plan, std::size_t cell) {

@@ -196,6 +196,23 @@ void Writer::write(const End& end, const Batch&) {
   }
 }
 
+void write_results(Database& database, const Summary& summary) {
+  Statement result = database.prepare("INSERT INTO results VALUES (?, ?)");
+  for (const auto& [name, value] : summary.metrics) {
+    result.bind(0, name);
+    result.bind(1, value);
+    result.execute();
+  }
+  Statement criterion = database.prepare("INSERT INTO criteria VALUES (?, ?, ?, ?)");
+  for (std::size_t i = 0; i < summary.criteria.size(); ++i) {
+    criterion.bind(0, static_cast<std::int64_t>(i));
+    criterion.bind(1, summary.criteria[i].text);
+    if (summary.complete) criterion.bind(2, std::int64_t{summary.criteria[i].met});
+    criterion.bind(3, summary.criteria[i].value);
+    criterion.execute();
+  }
+}
+
 void Writer::write(const Summary& summary, const Batch&) {
   Statement end = database_.prepare(
       "UPDATE experiment SET ended = ?, exit = ?, error = ?, trace_hash = ?, startup_seconds = ?, rounds_per_second = ?, complete = ?");
@@ -207,20 +224,7 @@ void Writer::write(const Summary& summary, const Batch&) {
   end.bind(5, summary.rounds_per_second);
   end.bind(6, std::int64_t{summary.complete});
   end.execute();
-  Statement result = database_.prepare("INSERT INTO results VALUES (?, ?)");
-  for (const auto& [name, value] : summary.metrics) {
-    result.bind(0, name);
-    result.bind(1, value);
-    result.execute();
-  }
-  Statement criterion = database_.prepare("INSERT INTO criteria VALUES (?, ?, ?, ?)");
-  for (std::size_t i = 0; i < summary.criteria.size(); ++i) {
-    criterion.bind(0, static_cast<std::int64_t>(i));
-    criterion.bind(1, summary.criteria[i].text);
-    if (summary.complete) criterion.bind(2, std::int64_t{summary.criteria[i].met});
-    criterion.bind(3, summary.criteria[i].value);
-    criterion.execute();
-  }
+  write_results(database_, summary);
 }
 
 void Writer::write_processes(const End& end) {

@@ -20,6 +20,9 @@
 
 namespace consort::recording {
 
+/// Metrics and criteria of a summary, as tables results and criteria; of one that is not complete no criterion is met or not.
+void write_results(Database& database, const Summary& summary);
+
 struct Begin {
   Job job;
   std::string protocol, at;

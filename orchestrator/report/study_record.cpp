@@ -85,27 +85,6 @@ class RunRows {
   std::int64_t number_ = 0;
 };
 
-void write_results(Database& database, const Summary& summary) {
-  Statement result = database.prepare("INSERT INTO results VALUES (?, ?)");
-  for (const auto& [name, value] : summary.metrics) {
-    result.bind(0, name);
-    result.bind(1, value);
-    result.execute();
-  }
-  Statement criterion = database.prepare("INSERT INTO criteria VALUES (?, ?, ?, ?)");
-  std::int64_t number = 0;
-  for (const CriterionResult& one : summary.criteria) {
-    criterion.bind(0, number++);
-    criterion.bind(1, one.text);
-    if (summary.complete)
-      criterion.bind(2, std::int64_t{one.met});
-    else
-      criterion.bind(2, std::numeric_limits<double>::quiet_NaN());
-    criterion.bind(3, one.value);
-    criterion.execute();
-  }
-}
-
 }  // namespace
 
 void write_study_record(CellStore& store, const StudyPlan& plan, std::span<const std::optional<CellResult>> results, const Summary& summary,
@@ -118,7 +97,7 @@ void write_study_record(CellStore& store, const StudyPlan& plan, std::span<const
   for (std::size_t i = 0; i < results.size(); ++i)
     if (results[i] && results[i]->done())
       for (const CellRun& run : results[i]->runs) rows.write(run, plan.cells[i].cell.number(), now);
-  write_results(database, summary);
+  recording::write_results(database, summary);
   database.run("COMMIT");
 }
 

@@ -1,6 +1,6 @@
 /// What is done with results: `consort diff`, `replay`, `test`, `results`, `export`, with the real program.
 
-#include "tests/support/program.hpp"
+#include "tests/orchestrator/cli/real_program.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -10,16 +10,8 @@
 namespace consort {
 namespace {
 
-class Compare : public testing::Test {
+class Compare : public RealProgram {
  protected:
-  [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
-  int consort(std::vector<std::string> arguments) {
-    Program program(folder_, "consort", std::move(arguments));
-    const int code = program.wait();
-    out_ = program.out();
-    err_ = program.err();
-    return code;
-  }
   void run(const std::string& output, std::vector<std::string> more = {}) {
     folder_.write("ring.yaml",
                   "experiment: ring\nseed: 3\nrounds: 60\nagents: {count: 3, protocol: local_voting, initial: {x: [0, 1, 5]}}\n"
@@ -27,9 +19,6 @@ class Compare : public testing::Test {
     more.insert(more.begin(), {"run", at("ring.yaml"), "--mode", "simulate", "--no-report", "--quiet", "--output", at(output)});
     ASSERT_EQ(consort(more), 0) << err_;
   }
-
-  Folder folder_;
-  std::string out_, err_;
 };
 
 TEST_F(Compare, AReplayInProcessesGivesTheBitsOfTheSimulation) {

@@ -1,6 +1,6 @@
 /// Studies with the real program: cells, their table, and that nothing is lost or done twice when somebody kills it.
 
-#include "tests/support/program.hpp"
+#include "tests/orchestrator/cli/real_program.hpp"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -11,16 +11,8 @@
 namespace consort {
 namespace {
 
-class Studies : public testing::Test {
+class Studies : public RealProgram {
  protected:
-  [[nodiscard]] std::string at(const std::string& name) const { return (folder_.path() / name).string(); }
-  int consort(std::vector<std::string> arguments) {
-    Program program(folder_, "consort", std::move(arguments));
-    const int code = program.wait();
-    out_ = program.out();
-    err_ = program.err();
-    return code;
-  }
   void write_study(const std::string& more) {
     folder_.write("study.yaml",
                   "# Does loss cost agreement?\nexperiment: small_study\nmode: simulate\nseed: 3\nruns: 3\nrounds: 60\n"
@@ -29,9 +21,6 @@ class Studies : public testing::Test {
   }
   [[nodiscard]] std::string text(const std::string& name) const { return text_of(folder_.path() / name); }
   [[nodiscard]] nlohmann::json json(const std::string& name) const { return nlohmann::json::parse(text(name)); }
-
-  Folder folder_;
-  std::string out_, err_;
 };
 
 const char* const kSweep = "sweep: {links.loss: [0, 0.3], dt: [0.1, 0.2]}\ncriteria: ['local_voting.loss_0.dt_0.2.bias < 1e-9']\n";
