@@ -26,6 +26,8 @@ install(DIRECTORY ${INSTALL_MADE}/bash/ DESTINATION ${CMAKE_INSTALL_DATADIR}/bas
 install(DIRECTORY ${INSTALL_MADE}/fish/ DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT programs)
 install(DIRECTORY ${INSTALL_MADE}/zsh/ DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions COMPONENT zsh)   # Debian has it elsewhere
 install(DIRECTORY experiments DESTINATION ${INSTALL_SHARE} COMPONENT programs FILES_MATCHING PATTERN *.yaml PATTERN *.csv PATTERN *.json)
+install(FILES idl/consort.idl DESTINATION ${INSTALL_SHARE}/idl COMPONENT programs)
+install(DIRECTORY examples/listener examples/listener-fastdds DESTINATION ${INSTALL_SHARE}/examples COMPONENT programs)
 install(FILES README.md CONTRIBUTING.md CITATION.cff SECURITY.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(FILES CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT plain)   # Debian has it as changelog.gz
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs

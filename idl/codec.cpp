@@ -151,7 +151,7 @@ consort_wire_MemberAssignment member_assignment(const MemberTask& member, Arena&
   });
   out.model = convert_all<decltype(out.model)>(member.model.entries(), arena, named_array);
   out.told = convert_all<decltype(out.told)>(member.told, arena, [](const Told& told) {
-    return consort_wire_Told{told.from.value, told.since};
+    return consort_wire_Announced{told.from.value, told.since};
   });
   out.first_round = member.presence.from;
   out.end_round = member.presence.until;
@@ -219,9 +219,9 @@ consort_wire_FieldShape field_shape(const Field& field) {
   return out;
 }
 
-consort_wire_Delivery delivery(const Delivery& in) { return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease}; }
+consort_wire_DeliveryRule delivery(const Delivery& in) { return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease}; }
 
-consort_wire_Performance performance(const Performance& in) {
+consort_wire_ProcessReport performance(const Performance& in) {
   return {in.periods, in.missed_deadlines, in.missed_inputs,    in.jitter_p50,           in.jitter_p99,     in.jitter_max,
           in.cpu,     in.resident_bytes,   in.sent_again_bytes, in.dds_deadlines_missed, in.liveliness_lost};
 }
@@ -341,7 +341,7 @@ std::vector<LinkModel::Change> link_changes(const Sequence& rules, const EdgeOf&
   return out;
 }
 
-Delivery delivery(const consort_wire_Delivery& in) {
+Delivery delivery(const consort_wire_DeliveryRule& in) {
   require(in.history >= 1 && in.history <= kMaxAgents, "delivery.history");
   require(in.lifespan > 0.0 && std::isfinite(in.lifespan), "delivery.lifespan");
   require(in.deadline > 0.0 && std::isfinite(in.deadline), "delivery.deadline");
@@ -349,7 +349,7 @@ Delivery delivery(const consort_wire_Delivery& in) {
   return {in.reliable, in.history, in.lifespan, in.deadline, in.liveliness_lease};
 }
 
-Performance performance(std::uint32_t process, const consort_wire_Performance& in) {
+Performance performance(std::uint32_t process, const consort_wire_ProcessReport& in) {
   for (const double value : {in.jitter_p50, in.jitter_p99, in.jitter_max, in.cpu})
     require(value >= 0.0 && std::isfinite(value), "performance");
   return {process,       in.periods, in.missed_deadlines, in.missed_inputs,    in.jitter_p50,           in.jitter_p99,
@@ -500,7 +500,7 @@ consort_wire_Assignment encode(const Assignment& in, Arena& arena) {
       in.link_changes, arena, [&arena](const LinkModel::Change& change) { return link_rule(0, change.since, change.spec, arena); });
   out.delivery = delivery(in.delivery);
   out.joining = convert_all<decltype(out.joining)>(in.joining, arena, [](const auto& item) {
-    return consort_wire_Joining{item.first.value, item.second};
+    return consort_wire_Joiner{item.first.value, item.second};
   });
   out.members =
       convert_all<decltype(out.members)>(in.members, arena, [&](const MemberTask& member) { return member_assignment(member, arena); });

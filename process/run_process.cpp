@@ -63,6 +63,7 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
         "neighbours discovery: own UDP port; multicast: first of those of the run (default: those of the domain)");
   app.add_option("--neighbour-ports", options.neighbour_ports,
                  "neighbours discovery: UDP ports to announce to, comma separated; ADDRESS:PORT on other hosts");
+  app.add_flag("--open-domain", options.open_domain, "without the discovery tag that keeps other programs of the domain out");
   app.add_flag("--tuned", options.tuned, "slower acknowledgements, for the start of many processes that all find each other");
   whole("--first-epoch", options.first_epoch, 0, kMost, "of who comes back: the run of the session in which it does");
   whole("--first-round", options.first_round, 0, kMost, "and the round; what its earlier stay was told is left alone");
@@ -82,7 +83,7 @@ void add_options(CLI::App& app, RunProcessOptions& options, bool hosts_agents) {
 dds::configuration::Settings settings_of(const RunProcessOptions& options, bool hosts_agents) {
   dds::configuration::Settings settings;
   settings.interface = options.interface;
-  settings.tag = options.run;
+  if (!options.open_domain) settings.tag = options.run;
   settings.data = options.data == "multicast" ? dds::configuration::Data::multicast : dds::configuration::Data::unicast;
   settings.tuned = options.tuned;
   settings.transmit_loss = options.transmit_loss;

@@ -17,6 +17,7 @@ struct RunProcessOptions {
   std::string run, interface = "lo", discovery = "multicast", data = "unicast", neighbour_ports;
   unsigned domain = 0, port = 0;
   std::uint32_t first_epoch = 0, first_round = 0;
+  bool open_domain = false;  ///< no discovery tag
   bool tuned = false;
   double transmit_loss = 0.0;
   double wait = 60.0;

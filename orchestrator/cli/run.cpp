@@ -68,7 +68,7 @@ class RunVerb : public Verb {
   std::filesystem::path hosts_file_;
   std::string launcher_;
   std::optional<unsigned> first_port_;
-  bool force_ = false, no_report_ = false, open_ = false, dry_run_ = false;
+  bool force_ = false, no_report_ = false, open_ = false, open_domain_ = false, dry_run_ = false;
   StudyCommand study_;
   std::string text_;        // of the file
   std::string watch_port_;  // a number, or any; empty: nobody watches
@@ -143,6 +143,9 @@ RunVerb::RunVerb(CLI::App& parent, std::vector<std::string> command_line)
   app_.add_option("--name", run_name_, "Name of the run on the network; unique among those that run. Default: <experiment>-<random>.")
       ->type_name("RUN");
   whole("--domain", domain_, 0, 230, "DDS domain, 0 to 230. Default: derived from the name.");
+  app_.add_flag("--open-domain", open_domain_,
+                "Let other DDS programs of the domain (0, unless --domain says another) read the run: found by multicast on the domain's "
+                "well-known ports, without the tag that keeps runs apart. Who writes is left out as ever.");
   app_.add_option("--interface", interface_,
                   "Network interface (name or address) of all processes, for agents on other hosts. Default: lo.")
       ->type_name("NAME");
@@ -180,10 +183,13 @@ void RunVerb::check_options() const {
         "--external: found an agent whose process the file kills or stops; allowed: agents without such events, since only "
         "processes that are launched here can be");
   if (experiment_.mode == Mode::simulate)
-    for (const auto& [option, given] : {std::pair("--external", !external_.empty()), std::pair("--hosts", !hosts_file_.empty()),
-                                        std::pair("--launcher", !launcher_.empty()), std::pair("--dry-run", dry_run_)})
+    for (const auto& [option, given] :
+         {std::pair("--external", !external_.empty()), std::pair("--hosts", !hosts_file_.empty()),
+          std::pair("--launcher", !launcher_.empty()), std::pair("--dry-run", dry_run_), std::pair("--open-domain", open_domain_)})
       if (given)
         throw ConfigError(fmt::format("{}: found mode simulate; allowed: mode lockstep or realtime, where agents are processes", option));
+  if (open_domain_ && experiment_.discovery == Discovery::neighbours)
+    throw ConfigError("--open-domain: found discovery neighbours, where nobody else can find the run; allowed: multicast or auto");
   if (experiment_.discovery == Discovery::neighbours && interface_ != "lo" && hosts_.empty())
     throw ConfigError(
         "--interface: found discovery neighbours, which knows this host's processes only; allowed: discovery multicast or auto");
@@ -219,10 +225,12 @@ RunOptions RunVerb::options() const {
   RunOptions options;
   options.run_name = run_name_.empty() ? random_run_name(experiment_.name) : run_name_;
   options.domain = domain_.value_or(-1);
+  options.open_domain = open_domain_;
+  if (open_domain_ && !domain_) options.domain = 0;
   options.interface = interface_;
   options.key = run_key();
   // Whoever starts an agent by hand needs to know the domain beforehand. (Above 99, ports of a domain meet those the kernel gives out.)
-  if (!external_.empty() && !domain_) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
+  if (!external_.empty() && options.domain < 0) options.domain = static_cast<int>(Purpose(options.run_name).hash % 100);
   options.agent_executable = program_folder() / "consort-agent";
   for (const std::uint32_t id : external_) {
     if (id == 0)
@@ -282,7 +290,8 @@ bool RunVerb::is_study() {
 }
 
 Exit RunVerb::execute_study() {
-  for (const char* option : {"--external", "--hosts", "--launcher", "--ports", "--dry-run", "--watch", "--name", "--domain", "--interface"})
+  for (const char* option :
+       {"--external", "--hosts", "--launcher", "--ports", "--dry-run", "--watch", "--name", "--domain", "--open-domain", "--interface"})
     if (app_.get_option(option)->count() > 0)
       throw ConfigError(fmt::format("{}: found a study; allowed: with a single run, whose cells have one value for each key", option));
   const StudySetting setting{file_, output_option_, overrides_, command_line_, force_, no_report_, quiet_};
@@ -321,6 +330,11 @@ Exit RunVerb::execute() {
     scribe_->note("watch: " + watch_->address());
     if (open_) open_browser(watch_->address());
   }
+  if (open_domain_)
+    scribe_->note(
+        fmt::format("open: every DDS program of domain {} on this network sees the run, and it sees them; who does not belong "
+                    "to it is not heard",
+                    run_options_.domain));
   if (experiment_.mode != Mode::simulate && configuration_faults(configuration_of_environment()).no_multicast)
     scribe_->note("CYCLONEDDS_URI turns multicast off: processes that find each other by it never will");
   write_file(output_ / "theory.json", to_json(findings).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");

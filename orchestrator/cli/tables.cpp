@@ -116,11 +116,49 @@ Json names_of(const Table& table, std::string_view what) {
           {"examples", {names.front()}}};
 }
 
+// What an editor shows of one value, and which it accepts: a number, a word or a switch is told by `number`.
+Json hover_of(const ValueDoc& doc, const Json& number) {
+  Json out{{"title", doc.name}};
+  const std::string standard = doc.fallback.empty() ? "Required." : fmt::format("Default: {}.", doc.fallback);
+  out["description"] = fmt::format("{} ({}). {}", with_capital(std::string(doc.meaning)), doc.shape, standard);
+  const std::vector<std::string> words = choices_of(doc);
+  const Json standard_value = Json::parse(doc.fallback, nullptr, false);
+  if (words.empty())
+    out["allOf"] = {number};
+  else
+    out["enum"] = words;
+  if (!words.empty())
+    out["examples"] = {words.back()};
+  else if (doc.shape == kSwitch)
+    out["examples"] = {true};
+  else
+    out["examples"] = {standard_value.is_number() ? standard_value : Json(1)};
+  return out;
+}
+
+Json name_of(const std::string& title, const std::string& description, const char* keyword, const Json& names, std::string_view example) {
+  return {{"title", title}, {"description", description}, {keyword, names}, {"examples", {example}}};
+}
+
+// One form per entry of the table, told apart by its name; whatever has another name comes from a plug-in and has its own parameters.
+template <class Table>
+Json by_name(const Table& table, const Json& number) {
+  Json forms = Json::array(), names = Json::array();
+  for (const auto& entry : table) {
+    const std::string summary = with_capital(std::string(entry.summary)) + ".";
+    Json properties{{"name", name_of(std::string(entry.name), summary, "const", entry.name, entry.name)}};
+    for (const ValueDoc& doc : entry.parameters) properties[std::string(doc.name)] = hover_of(doc, number);
+    forms.push_back({{"title", entry.name}, {"description", summary}, {"properties", properties}, {"additionalProperties", false}});
+    names.push_back(entry.name);
+  }
+  const Json other = name_of("of a plug-in", "A name that no table of Consort's own has.", "not", {{"enum", names}}, "mine");
+  forms.push_back({{"title", "of a plug-in"}, {"properties", {{"name", other}}}, {"additionalProperties", number}});
+  return {{"oneOf", forms}};
+}
+
 // A name, or a mapping with it and parameters.
-Json choice_of(const char* title, const char* description, const Json& name, const Json& parameters, const Json& number) {
-  Json properties{{"name", name}};
-  properties.update(parameters);
-  const Json mapping{{"type", "object"}, {"required", {"name"}}, {"properties", properties}, {"additionalProperties", number}};
+Json choice_of(const char* title, const char* description, const Json& name, const Json& parameters) {
+  const Json mapping{{"type", "object"}, {"required", {"name"}}, {"properties", {{"name", name}}}, {"allOf", {parameters}}};
   return {{"title", title}, {"description", description}, {"oneOf", {name, mapping}}};
 }
 
@@ -160,11 +198,13 @@ std::string schema_of_tables() {
   Json definitions;
   definitions["protocol"] = choice_of(
       "Protocol", "The algorithm every agent runs: its name, or a mapping with its name and parameters (`consort list protocols`).",
-      reference("protocol_name"), of_protocols, number);
+      reference("protocol_name"), reference("protocol_by_name"));
+  definitions["protocol_by_name"] = by_name(protocol_table(), number);
   definitions["protocol_name"] = names_of(protocol_table(), "protocols");
   definitions["model"] =
       choice_of("Model", "How the plant moves: a model's name, or a mapping with its name and parameters (`consort list plants`).",
-                reference("plant_name"), of_models, number_of_model);
+                reference("plant_name"), reference("model_by_name"));
+  definitions["model_by_name"] = by_name(plant_table(), number_of_model);
   definitions["plant_name"] = names_of(plant_table(), "plants");
   definitions["protocol"]["examples"] = definitions["protocol_name"]["examples"];
   definitions["model"]["examples"] = definitions["plant_name"]["examples"];

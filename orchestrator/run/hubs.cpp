@@ -23,7 +23,7 @@ Hubs::Hubs(const Experiment& experiment, const RunOptions& options, const Placem
     : options_(options), wiring_(Wiring::of(experiment, options, placement)) {
   wire::DdsLog::of_this_process();  // from here on DDS says to it what it has to say
   if (!wiring_.own_ports && !wiring_.neighbours) shared_.emplace();
-  settings_.tag = options.run_name;
+  if (!wiring_.open_domain) settings_.tag = options.run_name;
   settings_.interface = options.interface;
   settings_.writer_high_watermark = kWriterMemory;
   settings_.writer_linger = milliseconds(0);

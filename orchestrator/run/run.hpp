@@ -62,6 +62,7 @@ struct RunOptions {
   std::string run_name;                 ///< discovery tag; unique per run
   int domain = -1;                      ///< DDS domain; -1: derived from run_name
   std::string interface = "lo";         ///< network interface of all processes (name or address); another than lo for agents on other hosts
+  bool open_domain = false;             ///< no discovery tag: whoever looks on in the domain sees the run
   std::filesystem::path log_directory;  ///< one log per process; must exist
   std::filesystem::path spill_directory;         ///< where reports go that are too many for memory; empty: nowhere
   std::filesystem::path agent_executable;        ///< consort-agent; consort-plant stands beside it

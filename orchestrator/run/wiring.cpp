@@ -25,6 +25,7 @@ Placement place_for(const Experiment& experiment, const RunOptions& options) {
   // Without a list of hosts, whoever is elsewhere is found by multicast.
   if (experiment.discovery == Discovery::automatic && (!options.hosts.empty() || options.expects_others()))
     placement.neighbour_discovery = !options.hosts.empty();
+  if (options.open_domain) placement.neighbour_discovery = false;  // who looks on has no list of addresses
   if (placement.neighbour_discovery) placement.multicast_data = false;
   return placement;
 }
@@ -32,6 +33,7 @@ Placement place_for(const Experiment& experiment, const RunOptions& options) {
 Wiring Wiring::of(const Experiment& experiment, const RunOptions& options, const Placement& placement) {
   Wiring wiring;
   wiring.run = options.run_name;
+  wiring.open_domain = options.open_domain;
   wiring.neighbours = placement.neighbour_discovery;
   wiring.multicast_data = placement.multicast_data;
   wiring.transmit_loss = experiment.transport.loss;
@@ -52,7 +54,8 @@ Wiring Wiring::of(const Experiment& experiment, const RunOptions& options, const
   wiring.domain =
       options.domain < 0 ? static_cast<unsigned>(Purpose(options.run_name).hash % kDomains) : static_cast<unsigned>(options.domain);
   // `discovery: multicast` asks for the domain's well-known ports, where other programs may look on.
-  wiring.own_ports = options.hosts.empty() && !options.expects_others() && experiment.discovery == Discovery::automatic;
+  wiring.own_ports =
+      !options.open_domain && options.hosts.empty() && !options.expects_others() && experiment.discovery == Discovery::automatic;
   return wiring;
 }
 
@@ -78,6 +81,7 @@ std::vector<std::string> Wiring::arguments(const Placement& placement, std::size
     if (own_ports && first_port) arguments.insert(arguments.end(), {"--port", std::to_string(*first_port)});
     if (multicast_data) arguments.insert(arguments.end(), {"--data", "multicast"});
   }
+  if (open_domain) arguments.emplace_back("--open-domain");
   if (tuned) arguments.emplace_back("--tuned");
   if (transmit_loss > 0.0) arguments.insert(arguments.end(), {"--transport-loss", std::to_string(transmit_loss)});
   if (plant) return arguments;

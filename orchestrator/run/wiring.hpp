@@ -21,6 +21,7 @@ struct Wiring {
   bool neighbours = false;      ///< unicast along the edges; else multicast, everybody finds everybody
   bool multicast_data = false;  ///< one packet for all
   bool own_ports = false;       ///< multicast, on ports of this run alone
+  bool open_domain = false;     ///< no discovery tag
   bool tuned = false;
   bool by_hand = false;  ///< somebody is started by a person
   double transmit_loss = 0.0;

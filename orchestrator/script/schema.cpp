@@ -31,7 +31,9 @@ const nlohmann::ordered_json& schema_document() {
 const valijson::Schema& compiled_schema() {
   static const auto schema = [] {
     auto out = std::make_unique<valijson::Schema>();
-    const auto document = nlohmann::json::parse(experiment_schema());
+    auto document = nlohmann::json::parse(experiment_schema());
+    // Which protocol or model has which parameters is there for editors: the reader refuses the others itself, and names the nearest.
+    for (const char* forms : {"protocol_by_name", "model_by_name"}) document["definitions"][forms] = nlohmann::json::object();
     valijson::SchemaParser(valijson::SchemaParser::kDraft7).populateSchema(valijson::adapters::NlohmannJsonAdapter(document), *out);
     return out;
   }();

@@ -122,7 +122,9 @@ TEST(GuideText, NamesEveryKeyOfAnExperiment) {
     for (const Block& block : blocks_of(text)) code += block.text;
   }
   std::set<std::string> keys;
-  add_keys(nlohmann::json::parse(text_of(std::filesystem::path(kSourceDir) / "experiments/experiment.schema.json")), keys);
+  auto schema = nlohmann::json::parse(text_of(std::filesystem::path(kSourceDir) / "experiments/experiment.schema.json"));
+  for (const char* parameters : {"protocol_by_name", "model_by_name"}) schema["definitions"].erase(parameters);
+  add_keys(schema, keys);
   EXPECT_GT(keys.size(), 60U);
   for (const std::string& key : keys) EXPECT_TRUE(std::regex_search(code, std::regex("\\b" + key + "\\b"))) << key;
 }

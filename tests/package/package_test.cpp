@@ -40,9 +40,9 @@ std::map<std::string, std::string> guides_program() {
   return files;
 }
 
-/// What its reader types for it, or for the rest of that page.
-std::string typed_with(const std::string& word) {
-  for (const docs::Block& block : docs::blocks_in(kPage))
+/// What its reader, or that of another page, types with this word.
+std::string typed_with(const std::string& word, const char* page = kPage) {
+  for (const docs::Block& block : docs::blocks_in(page))
     if (block.language == "sh" && block.text.find(word) != std::string::npos) return block.text;
   return "false  # nothing is typed with " + word;
 }
@@ -128,6 +128,36 @@ TEST_F(Installation, WorksElsewhereAndIsRemovedWhole) {
 
   here("mv moved opt/first; echo kept >opt/first/share/of_somebody; cmake -P " + (kBuild / "uninstall.cmake").string());
   EXPECT_EQ(here("find opt -mindepth 1"), "opt/first\nopt/first/share\nopt/first/share/of_somebody\n");
+}
+
+/// Numbers of one agent as `consort export --shape long` writes them, compared with the lines that listeners print.
+constexpr const char* kCompare =
+    "import csv\n"
+    "record = {int(row['round']): float(row['value']) for row in csv.DictReader(open('straggler/csv/long.csv')) if row['agent'] == '3'}\n"
+    "for name in ('cyclone.txt', 'fast.txt'):\n"
+    "    lines = [line.split() for line in open(name) if line.startswith('round ')]\n"
+    "    assert lines and int(lines[-1][1][:-1]) == max(record), name\n"
+    "    for _, round, value in lines:\n"
+    "        assert float(value) == record[int(round[:-1])], (name, round)\n";
+
+TEST_F(Installation, OtherDdsProgramsReadARunAndDoItNoHarm) {
+  const std::string domain = std::to_string(20 + getpid() % 80), prefix = "prefix=$PWD/opt/first; export PATH=$prefix/bin:$PATH; ";
+  here(prefix + std::regex_replace(typed_with("listener-fastdds", "docs/guide/listening.md"), std::regex(R"(\b7\b)"), domain));
+  here("opt/first/bin/consort export straggler --shape long");
+  folder_.write("compare.py", kCompare);
+  here("python3 compare.py");
+
+  // Listeners that are stopped in the middle of a run; its own criteria are not asked about.
+  const std::string run = prefix +
+                          "consort run $prefix/share/consort/experiments/meet_for_dinner.yaml --rounds 20000 --quiet --json --no-report "
+                          "$more --output $name >$name.json || [ $? = 1 ]; ";
+  const std::string undisturbed = hash(here("more='--mode simulate'; name=simulated; " + run + "cat simulated.json"));
+  const std::string beside =
+      hash(here("cyclone/listener '' " + domain + " 3 >a & a=$!; fast/listener-fastdds " + domain +
+                " 3 >b & b=$!; trap 'kill -KILL $a $b' EXIT; (name=beside; more='--open-domain --domain " + domain + "'; " + run +
+                ") & r=$!; until grep -q round a && grep -q round b; do sleep 0.02; done; kill -STOP $a $b; "
+                "wait $r; cat beside.json"));
+  EXPECT_EQ(beside, undisturbed);
 }
 
 TEST_F(Installation, ManualPagesHaveEveryOptionAndNoMistakes) {

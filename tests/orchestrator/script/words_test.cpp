@@ -267,6 +267,7 @@ TEST(Schema, ListsTheNamesAndTheWordsOfTheTables) {
   EXPECT_EQ(definitions["protocol_name"]["anyOf"][0]["enum"], protocols);
   EXPECT_EQ(definitions["plant_name"]["anyOf"][0]["enum"], plants);
 
+  // Of an exception for one agent, which does not say what it is of.
   const auto expect_words = [&](const nlohmann::json& properties, const ValueDoc& doc, std::string_view whose) {
     const std::string name(doc.name);
     ASSERT_TRUE(properties.contains(name)) << whose << ": the schema does not list the words of " << name;
@@ -275,19 +276,28 @@ TEST(Schema, ListsTheNamesAndTheWordsOfTheTables) {
     EXPECT_EQ(listed["enum"], choices_of(doc)) << whose << " " << name;
     EXPECT_EQ(listed["default"], std::string(doc.fallback)) << whose << " " << name;
   };
+  const auto expect_form = [](const nlohmann::json& form, std::string_view name, std::span<const ValueDoc> docs) {
+    EXPECT_EQ(form["properties"]["name"]["const"], name);
+    EXPECT_EQ(form["properties"].size(), docs.size() + 1) << name;
+    for (const ValueDoc& doc : docs) {
+      const auto& listed = form["properties"][std::string(doc.name)];
+      const std::string text = listed["description"];
+      EXPECT_NE(text.find(doc.fallback.empty() ? "Required" : std::string(doc.fallback)), std::string::npos) << name << " " << doc.name;
+      if (!choices_of(doc).empty()) EXPECT_EQ(listed["enum"], choices_of(doc)) << name << " " << doc.name;
+    }
+  };
   const auto& overrides = definitions["parameters"]["properties"];
-  for (const ProtocolEntry& entry : protocol_table())
-    for (const ValueDoc& doc : entry.parameters) {
-      if (choices_of(doc).empty()) continue;
-      expect_words(definitions["protocol"]["oneOf"][1]["properties"], doc, entry.name);
-      expect_words(overrides, doc, entry.name);
+  const auto expect_table = [&](const nlohmann::json& forms, const auto& table) {
+    std::size_t form = 0;
+    for (const auto& entry : table) {
+      expect_form(forms[form++], entry.name, entry.parameters);
+      for (const ValueDoc& doc : entry.parameters)
+        if (!choices_of(doc).empty()) expect_words(overrides, doc, entry.name);
     }
-  for (const PlantEntry& entry : plant_table())
-    for (const ValueDoc& doc : entry.parameters) {
-      if (choices_of(doc).empty()) continue;
-      expect_words(definitions["model"]["oneOf"][1]["properties"], doc, entry.name);
-      expect_words(overrides, doc, entry.name);
-    }
+    EXPECT_EQ(forms.size(), form + 1);  // and that of plug-ins
+  };
+  expect_table(definitions["protocol_by_name"]["oneOf"], protocol_table());
+  expect_table(definitions["model_by_name"]["oneOf"], plant_table());
 }
 
 }  // namespace
