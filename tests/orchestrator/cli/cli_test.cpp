@@ -252,6 +252,7 @@ TEST_F(Cli, BadInputExitsTwoAndLeavesNothing) {
       {{"run", "ring.yaml", "--mode", "lockstep", "--interface", "nix0"}, "'nix0', which this host does not have; allowed: "},
       {{"run", "ring.yaml", "--mode", "lockstep", "--name", std::string(101, 'a')}, "--name: found 101 bytes; allowed: up to 100"},
       {{"run", "ring.yaml", "--hosts", "absent.hosts"}, "absent.hosts: "},
+      {{"run", "ring.yaml", "--open-domain"}, "--open-domain: found mode simulate; allowed: mode lockstep or realtime"},
       {{"run", "ring.yaml", "--dry-run"}, "--dry-run: found mode simulate; allowed: mode lockstep or realtime"},
       {{"run", "ring.yaml", "--mode", "lockstep", "--ports", "20000"}, "--ports: found a run whose processes find each other by multicast"},
       {{"run", "ring.yaml", "--mode", "lockstep", "--launcher", "slurm"}, "--launcher slurm: found no allocation"},

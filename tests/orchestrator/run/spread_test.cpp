@@ -132,6 +132,17 @@ TEST(Commands, OfARunOnOneHostAreThoseItStarts) {
             "consort-agent --ids 3 --run demo --domain 7 --interface lo --port 20000\n");
 }
 
+TEST(Commands, OfAnOpenRunUseTheDomainsPortsAndNoTag) {
+  Planned run(experiment_on(ring(100), 1), {}, {});
+  EXPECT_TRUE(run.wiring.neighbours);
+  run.options.open_domain = true;
+  run.placement = place_for(run.experiment, run.options);
+  run.wiring = Wiring::of(run.experiment, run.options, run.placement);
+  EXPECT_EQ(run.wiring.ports(), 0U);
+  EXPECT_TRUE(all_commands(run.options, run.placement, run.wiring)
+                  .starts_with("# this host\nconsort-agent --ids 1 --run demo --domain 7 --interface lo --open-domain --tuned\n"));
+}
+
 TEST(Commands, AreWordsOfAShellsLine) {
   EXPECT_EQ(shell_line({"a b", "", "it's", "--x=1"}), "'a b' '' 'it'\\''s' --x=1");
   EXPECT_EQ(connection_to({.name = "a", .address = "me@a", .consort = "~/my bin/consort"}).back(), "exec ~/'my bin/consort' lend");
