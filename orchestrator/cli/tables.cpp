@@ -124,15 +124,15 @@ Json hover_of(const ValueDoc& doc, const Json& number) {
   const std::vector<std::string> words = choices_of(doc);
   const Json standard_value = Json::parse(doc.fallback, nullptr, false);
   if (words.empty())
-    out["allOf"] = {number};
+    out["allOf"] = Json::array({number});
   else
     out["enum"] = words;
   if (!words.empty())
-    out["examples"] = {words.back()};
+    out["examples"] = Json::array({words.back()});
   else if (doc.shape == kSwitch)
-    out["examples"] = {true};
+    out["examples"] = Json::array({true});
   else
-    out["examples"] = {standard_value.is_number() ? standard_value : Json(1)};
+    out["examples"] = Json::array({standard_value.is_number() ? standard_value : Json(1)});
   return out;
 }
 
